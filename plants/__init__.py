@@ -1,0 +1,1 @@
+"""Plant components, one file each."""

@@ -1,0 +1,1 @@
+"""Numbers from responses: residual vibration and its relatives."""

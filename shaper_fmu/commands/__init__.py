@@ -1,0 +1,1 @@
+"""Command generator components, one file each."""

@@ -1,0 +1,51 @@
+"""The one family of errors, and the words for a name that is not known."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class ShaperFmuError(Exception):
+    """Base of every error that shaper-fmu raises on purpose; its text is meant for the user."""
+
+
+class ComponentError(ShaperFmuError):
+    """A component is declared wrongly, or was given a value or a sequence of calls that it cannot serve."""
+
+
+class BuildError(ShaperFmuError):
+    """An FMU or an SSP archive cannot be built."""
+
+
+class ArchiveError(ShaperFmuError):
+    """An FMU or SSP archive is missing, damaged or hostile."""
+
+
+class ModelError(ShaperFmuError):
+    """A system is wired wrongly; `problems` lists every finding."""
+
+    def __init__(self, problems: list[str]):
+        super().__init__("\n".join(problems))
+        self.problems = problems
+
+
+class SimulationError(ShaperFmuError):
+    """A run stopped; the text names the FMU, the time and what the FMU said."""
+
+
+class StudyError(ShaperFmuError):
+    """A study file, or the store of a sweep, cannot be used."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """A hint that names the known name nearest to `name`, or lists the known names; begins with a space or is empty."""
+    known = list(known)
+    by_folded = {candidate.casefold(): candidate for candidate in known}
+    match = difflib.get_close_matches(name.casefold(), by_folded, n=1, cutoff=0.5)
+    if match:
+        return f" Did you mean {by_folded[match[0]]!r}?"
+    if not known:
+        return ""
+    shown = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
+    return f" Known: {shown}."

@@ -1,0 +1,92 @@
+"""Which modules a component needs, as sources to be packed into an FMU under a private root package.
+
+FMUs of one process share `sys.modules`. Packed under a name that is a hash of their content, two FMUs with different
+code can never run each other's.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.util
+import sys
+from pathlib import Path
+
+from shaper_fmu.component import Component
+from shaper_fmu.errors import BuildError
+
+_SLAVE_MODULE = "shaper_fmu.export.slave"
+
+
+def packed_sources(component: type[Component]) -> tuple[str, dict[str, str]]:
+    """Name of the private root package, and the FMU's Python files: path under resources/ -> source.
+
+    Raises BuildError when a module imports what an FMU cannot carry.
+    """
+    packages = {"shaper_fmu", "pythonfmu", component.__module__.split(".")[0]}
+    sources: dict[str, str] = {}
+    pending = [component.__module__, _SLAVE_MODULE]
+    while pending:
+        module = pending.pop()
+        if module not in sources:
+            sources[module] = _source_file(module).read_text(encoding="utf-8")
+            pending += _imported(module, sources[module], packages)
+    digest = hashlib.sha256(repr((component.__name__, sorted(sources.items()))).encode()).hexdigest()[:16]
+    root = f"shaper_fmu_{digest}"
+    files = {f"{root}/__init__.py": ""}
+    for module, source in sources.items():
+        parts = module.split(".")
+        for depth in range(1, len(parts)):
+            files["/".join([root, *parts[:depth], "__init__.py"])] = ""
+        files["/".join([root, *parts]) + ".py"] = _rerooted(module, source, packages, root)
+    return root, dict(sorted(files.items()))
+
+
+def _source_file(module: str) -> Path:
+    origin = getattr(sys.modules.get(module), "__file__", None)
+    if origin is None:
+        spec = importlib.util.find_spec(module)
+        origin = spec.origin if spec else None
+    if origin is None or not origin.endswith(".py"):
+        raise BuildError(f"module {module} has no Python source, so it cannot be packed into an FMU")
+    return Path(origin)
+
+
+def _import_statements(source: str) -> list[ast.Import | ast.ImportFrom]:
+    return [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Import | ast.ImportFrom)]
+
+
+def _target(module: str, node: ast.ImportFrom) -> str:
+    """The absolute name of the module that `from ... import` names inside `module`."""
+    if node.level == 0:
+        return node.module or ""
+    base = module.split(".")[: -node.level]
+    return ".".join([*base, node.module] if node.module else base)
+
+
+def _imported(module: str, source: str, packages: set[str]) -> list[str]:
+    found = []
+    for node in _import_statements(source):
+        where = f"{_source_file(module).name}, line {node.lineno}"
+        for target in [_target(module, node)] if isinstance(node, ast.ImportFrom) else [alias.name for alias in node.names]:
+            top = target.split(".")[0]
+            if top in packages and isinstance(node, ast.ImportFrom):
+                if _source_file(target).name == "__init__.py":
+                    raise BuildError(f"{where}: import from the module that defines the name, not from the package {target!r}")
+                found.append(target)
+            elif top in packages:
+                raise BuildError(f"{where}: write 'from {target} import ...' so that the module can be packed into an FMU")
+            elif top not in sys.stdlib_module_names:
+                raise BuildError(f"{where}: an FMU carries no {top!r}; components may import the standard library and shaper_fmu only")
+    return found
+
+
+def _rerooted(module: str, source: str, packages: set[str], root: str) -> str:
+    """The source with absolute imports of packed packages pointing under the private root."""
+    lines = source.splitlines(keepends=True)
+    for node in _import_statements(source):
+        if isinstance(node, ast.ImportFrom) and node.level == 0 and _target(module, node).split(".")[0] in packages:
+            line = lines[node.lineno - 1]
+            head, tail = line[: node.col_offset], line[node.col_offset :]
+            lines[node.lineno - 1] = head + tail.replace(f"from {node.module}", f"from {root}.{node.module}", 1)
+    return "".join(lines)

@@ -1,0 +1,146 @@
+"""The FMI 2.0 life of a component inside a pythonfmu FMU.
+
+pythonfmu's wrapper has no way to return an error but an exception, and after one it releases its references to the
+slave, the class and the log a second time when the instance is freed. `_refusing` therefore adds the missing
+references, so that the host can free a failed instance. It also doubles "%", which the wrapper hands to printf.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import struct
+import sys
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from pythonfmu.fmi2slave import Fmi2Slave
+
+from shaper_fmu.component import Component, Variable
+from shaper_fmu.errors import ComponentError
+
+_INSTANTIATED, _INITIALIZING, _STEPPING, _TERMINATED = range(4)
+_LIFE = struct.Struct("<id")  # phase, start time
+
+
+class Refusal(Exception):
+    """An error on its way to the host; shown as its bare text."""
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+def _refusing(function: Callable[..., Any]) -> Callable[..., Any]:
+    @functools.wraps(function)
+    def guarded(self: ComponentSlave, *arguments: Any) -> Any:
+        try:
+            return function(self, *arguments)
+        except Exception as error:
+            known = isinstance(error, ComponentError)
+            text = str(error) if known else f"{type(self).__name__}: {type(error).__name__}: {error}"
+            for kept in (self, type(self), self.log_queue):
+                ctypes.pythonapi.Py_IncRef(ctypes.py_object(kept))
+            raise Refusal(text.replace("%", "%%")) from None
+
+    return guarded
+
+
+class ComponentSlave(Fmi2Slave):
+    """Base of the generated slaves: serves the variables of `component` by value reference, in their declared order."""
+
+    component: ClassVar[type[Component]]
+
+    def __init__(self, **kwargs: Any):
+        super().__init__(**kwargs)
+        sys.path[:] = [entry for entry in sys.path if entry != kwargs.get("resources")]  # added again for each instance
+        self.record = self.component()
+        self.scalars: list[tuple[Variable, int]] = [
+            (variable, index)
+            for variable in self.component.variables.values()
+            if variable.causality != "state"
+            for index in range(variable.size or 1)
+        ]
+        self.phase, self.start_time, self.stale = _INSTANTIATED, 0.0, True
+
+    @_refusing
+    def setup_experiment(self, start_time: float, stop_time: float | None, tolerance: float | None) -> None:
+        self.start_time = start_time
+
+    @_refusing
+    def enter_initialization_mode(self) -> None:
+        self.phase, self.stale = _INITIALIZING, True
+
+    @_refusing
+    def exit_initialization_mode(self) -> None:
+        self._refresh()
+        self.phase = _STEPPING
+
+    @_refusing
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        if self.phase != _STEPPING:
+            raise ComponentError(f"{type(self).__name__}: a step is possible only between initialization and termination")
+        self.record.do_step(current_time, step_size)
+        return True
+
+    @_refusing
+    def terminate(self) -> None:
+        self.phase = _TERMINATED
+
+    def _refresh(self) -> None:
+        """While initializing, outputs follow the values set so far."""
+        if self.phase == _INITIALIZING and self.stale:
+            self.record.initialize(self.start_time)
+            self.stale = False
+
+    @_refusing
+    def get_real(self, vrs: list[int]) -> list[Any]:
+        self._refresh()
+        record = self.record
+        values = []
+        for vr in vrs:
+            variable, index = self.scalars[vr]
+            value = getattr(record, variable.name)
+            values.append(value if variable.size is None else value[index])
+        return values
+
+    get_integer = get_real
+    get_boolean = get_real
+
+    @_refusing
+    def set_real(self, vrs: list[int], values: list[Any]) -> None:
+        for vr, value in zip(vrs, values, strict=True):
+            variable, index = self.scalars[vr]
+            self._check_settable(variable, index)
+            if variable.size is None:
+                setattr(self.record, variable.name, value)
+            else:
+                getattr(self.record, variable.name)[index] = value
+        self.stale = True
+
+    set_integer = set_real
+    set_boolean = set_real
+
+    def _check_settable(self, variable: Variable, index: int) -> None:
+        name = f"{type(self).__name__}: {variable.scalar_names[index]}"
+        if variable.causality not in ("input", "parameter"):
+            raise ComponentError(f"{name} is an {variable.causality} and cannot be set")
+        if variable.causality == "parameter" and self.phase not in (_INSTANTIATED, _INITIALIZING):
+            raise ComponentError(f"{name} is fixed: it can be set only before and during initialization")
+
+    @_refusing
+    def _get_fmu_state(self) -> bytes:
+        return _LIFE.pack(self.phase, self.start_time) + self.record.get_state()
+
+    @_refusing
+    def _set_fmu_state(self, state: bytes) -> None:
+        self.record.set_state(state[_LIFE.size :])
+        self.phase, self.start_time = _LIFE.unpack_from(state)
+        self.stale = True
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: bytes) -> bytes:
+        return state
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> bytes:
+        return state

@@ -1,0 +1,1 @@
+"""Coupling FMUs: the system, its stepping loop and its results."""

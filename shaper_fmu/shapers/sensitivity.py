@@ -1,0 +1,55 @@
+"""Residual vibration of an impulse sequence on one mode, and the width of the band in which it is tolerated."""
+
+from __future__ import annotations
+
+import math
+
+_HIGHEST_RATIO = 10.0
+_SCAN_STEP = 0.005
+
+
+def residual_vibration(amplitude, delay, count: int, natural_frequency: float, damping_ratio: float) -> float:
+    """V of Singer and Seering 1990: the residual envelope at the last impulse over a unit impulse's at time zero.
+
+    V = exp(-zeta w t_n) |sum_i A_i exp(zeta w t_i) exp(j wd t_i)|, for frequency in rad/s and delays in s.
+    """
+    decay = damping_ratio * natural_frequency
+    damped = natural_frequency * math.sqrt(1.0 - damping_ratio * damping_ratio)
+    real = 0.0
+    imaginary = 0.0
+    for i in range(count):
+        weight = amplitude[i] * math.exp(decay * (delay[i] - delay[count - 1]))
+        real += weight * math.cos(damped * delay[i])
+        imaginary += weight * math.sin(damped * delay[i])
+    return math.sqrt(real * real + imaginary * imaginary)
+
+
+def insensitivity(amplitude, delay, count: int, natural_frequency: float, damping_ratio: float, tolerance: float) -> float:
+    """Width of the band of w / natural_frequency around 1 with V <= tolerance; 0 if V exceeds it at 1.
+
+    The nearest crossing on each side is bracketed by a scan and bisected to the last bit; the band ends at 0 and 10.
+    """
+    if residual_vibration(amplitude, delay, count, natural_frequency, damping_ratio) > tolerance:
+        return 0.0
+    above = _crossing(amplitude, delay, count, natural_frequency, damping_ratio, tolerance, _SCAN_STEP)
+    below = _crossing(amplitude, delay, count, natural_frequency, damping_ratio, tolerance, -_SCAN_STEP)
+    return above - below
+
+
+def _crossing(amplitude, delay, count: int, natural_frequency: float, damping_ratio: float, tolerance: float, step: float) -> float:
+    inside = 1.0
+    outside = 1.0 + step
+    while residual_vibration(amplitude, delay, count, outside * natural_frequency, damping_ratio) <= tolerance:
+        inside = outside
+        outside += step
+        if outside <= 0.0:
+            return 0.0
+        if outside >= _HIGHEST_RATIO:
+            return _HIGHEST_RATIO
+    for _ in range(60):
+        middle = 0.5 * (inside + outside)
+        if residual_vibration(amplitude, delay, count, middle * natural_frequency, damping_ratio) <= tolerance:
+            inside = middle
+        else:
+            outside = middle
+    return 0.5 * (inside + outside)

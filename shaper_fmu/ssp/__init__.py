@@ -1,0 +1,1 @@
+"""System Structure and Parameterization (SSP): systems as archives."""

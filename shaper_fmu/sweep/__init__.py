@@ -1,0 +1,1 @@
+"""Robustness sweeps: study, store, engine."""
