@@ -26,7 +26,9 @@ _CAPABILITIES = {
 
 _ENTRY = """\
 from {root}.{module} import {name} as _Component
-from {root}.shaper_fmu.export.slave import ComponentSlave
+from {root}.shaper_fmu.export.slave import ComponentSlave, keep
+
+keep(globals())
 
 
 class {name}(ComponentSlave):

@@ -3,6 +3,7 @@
 pythonfmu's wrapper has no way to return an error but an exception, and after one it releases its references to the
 slave, the class and the log a second time when the instance is freed. `_refusing` therefore adds the missing
 references, so that the host can free a failed instance. It also doubles "%", which the wrapper hands to printf.
+Likewise, each instantiation releases a borrowed reference to the entry module's namespace; `keep` adds it.
 """
 
 from __future__ import annotations
@@ -23,6 +24,12 @@ _INSTANTIATED, _INITIALIZING, _STEPPING, _TERMINATED = range(4)
 _LIFE = struct.Struct("<id")  # phase, start time
 
 
+def keep(*objects: Any) -> None:
+    """Add a reference to each object, to make up for one that the wrapper releases without owning it."""
+    for value in objects:
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(value))
+
+
 class Refusal(Exception):
     """An error on its way to the host; shown as its bare text."""
 
@@ -38,8 +45,7 @@ def _refusing(function: Callable[..., Any]) -> Callable[..., Any]:
         except Exception as error:
             known = isinstance(error, ComponentError)
             text = str(error) if known else f"{type(self).__name__}: {type(error).__name__}: {error}"
-            for kept in (self, type(self), self.log_queue):
-                ctypes.pythonapi.Py_IncRef(ctypes.py_object(kept))
+            keep(self, type(self), self.log_queue)
             raise Refusal(text.replace("%", "%%")) from None
 
     return guarded

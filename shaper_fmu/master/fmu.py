@@ -1,0 +1,139 @@
+"""An FMU file: its description, its variables by name, and its unpacked folder."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from fmpy import read_model_description
+from fmpy.model_description import ModelDescription, ModelVariable, Unit
+
+from shaper_fmu.archives import extract_archive
+from shaper_fmu.errors import ArchiveError, ModelError, nearest
+
+_TYPES = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool}
+_BOOLEANS = {"true": True, "false": False, "1": True, "0": False}
+
+
+class Fmu:
+    """An unpacked FMI 2.0 co-simulation FMU.
+
+    Attributes:
+        path: the file it came from.
+        folder: where it is unpacked, until the process ends.
+        description: fmpy's model description.
+        variables: the variables by name.
+    """
+
+    def __init__(self, path: Path, content: bytes):
+        self.path = path
+        self._folder = tempfile.TemporaryDirectory(prefix="shaper-fmu-", ignore_cleanup_errors=True)
+        self.folder = extract_archive(path, Path(self._folder.name).resolve())
+        self.digest = hashlib.sha256(content).hexdigest()
+        self.description = _read_description(path, self.folder)
+        self.variables: dict[str, ModelVariable] = {v.name: v for v in self.description.modelVariables}
+        self._units = {unit.name: unit for unit in self.description.unitDefinitions}
+
+    def variable(self, name: str, *causalities: str) -> ModelVariable:
+        """The variable of this name. Raises ModelError, with the nearest name, if there is none of these causalities."""
+        known = [v.name for v in self.variables.values() if not causalities or v.causality in causalities]
+        if name not in known:
+            what = " or ".join(causalities) or "variable"
+            found = self.variables.get(name)
+            other = f" (it is of causality {found.causality})" if found else ""
+            raise ModelError([f"{self.path.name} has no {what} {name!r}{other}.{nearest(name, known)}"])
+        return self.variables[name]
+
+    def inputs_of(self, output: str) -> list[str]:
+        """Names of the inputs that the output depends on without delay; all inputs if the FMU does not tell."""
+        for unknown in self.description.outputs:
+            if unknown.variable is not None and unknown.variable.name == output and unknown.dependencies is not None:
+                return [v.name for v in unknown.dependencies if v.causality == "input"]
+        return [v.name for v in self.variables.values() if v.causality == "input"]
+
+    def unit_of(self, name: str) -> str | None:
+        """The unit of a variable, its own or its declared type's."""
+        variable = self.variables[name]
+        return variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
+
+    def unit_definition(self, name: str) -> Unit | None:
+        """The FMU's definition of a unit."""
+        return self._units.get(name)
+
+    def start_values(self, values: dict[str, Any]) -> dict[str, float | int | bool]:
+        """Start values by scalar name: a sequence for x sets x[1], x[2], ...; enumeration items may be given by name.
+
+        Raises ModelError that lists every unknown name and every value of another type.
+        """
+        found: dict[str, float | int | bool] = {}
+        problems: list[str] = []
+        for name, value in values.items():
+            sequence = not isinstance(value, str) and hasattr(value, "__len__")
+            elements = {f"{name}[{i + 1}]": element for i, element in enumerate(value)} if sequence else {name: value}
+            for element_name, element in elements.items():
+                try:
+                    found[element_name] = self._start_value(element_name, element)
+                except ModelError as error:
+                    problems += error.problems
+        if problems:
+            raise ModelError(problems)
+        return found
+
+    def _start_value(self, name: str, value: Any) -> float | int | bool:
+        if name not in self.variables and f"{name}[1]" in self.variables:
+            raise ModelError([f"{self.path.name}: {name} is an array; give its elements as a sequence, or set {name}[1]"])
+        variable = self.variable(name, "input", "parameter")
+        return typed_value(variable, value, self.path.name)
+
+
+def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int | bool:
+    """`value`, which may be text, in the variable's type. Raises ModelError."""
+    if variable.type == "Enumeration" and isinstance(value, str) and variable.declaredType is not None:
+        items = {item.name: int(item.value) for item in variable.declaredType.items}
+        if value in items:
+            return items[value]
+        if not value.lstrip("-").isdigit():
+            raise ModelError([f"{where}: {value!r} is no {variable.name}.{nearest(value, items)}"])
+    kind = _TYPES.get(str(variable.type))
+    if kind is None:
+        raise ModelError([f"{where}: {variable.name} is of type {variable.type}, which cannot be set"])
+    try:
+        if kind is bool and isinstance(value, str):
+            return _BOOLEANS[value.lower()]
+        if kind is not float and float(value) != int(value):
+            raise ValueError
+        if kind is bool and int(value) not in (0, 1):
+            raise ValueError
+        return kind(value)
+    except (ValueError, TypeError, KeyError, OverflowError):
+        raise ModelError([f"{where}: {variable.name} = {value!r} is not of type {variable.type}"]) from None
+
+
+def load_fmu(path: Path | str) -> Fmu:
+    """The FMU at `path`, unpacked once for each content. Raises ArchiveError or ModelError."""
+    path = Path(path)
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise ArchiveError(f"{path}: {error.strerror or error}") from None
+    return _load(path, content)
+
+
+@functools.lru_cache(maxsize=64)
+def _load(path: Path, content: bytes) -> Fmu:
+    return Fmu(path, content)
+
+
+def _read_description(path: Path, folder: Path) -> ModelDescription:
+    if not (folder / "modelDescription.xml").is_file():
+        raise ArchiveError(f"{path}: no modelDescription.xml, so this is not an FMU")
+    try:
+        description = read_model_description(str(folder))
+    except Exception as error:  # fmpy raises many kinds
+        raise ArchiveError(f"{path}: modelDescription.xml is not valid: {error}") from error
+    if not str(description.fmiVersion).startswith("2.0") or description.coSimulation is None:
+        raise ModelError([f"{path}: an FMI {description.fmiVersion} FMU; only FMI 2.0 co-simulation FMUs can be coupled so far"])
+    return description

@@ -1,0 +1,59 @@
+"""What a run leaves: the recorded variables over time."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
+
+
+@dataclass(frozen=True)
+class Results:
+    """Recorded variables of a run.
+
+    Attributes:
+        time: communication points [s], shape (n,).
+        values: "instance.variable" -> values at those points, each of shape (n,).
+        units: "instance.variable" -> unit, "" if it has none.
+        display_units: the same for those to be shown, with their factor: shown = value * factor.
+    """
+
+    time: np.ndarray
+    values: Mapping[str, np.ndarray]
+    units: Mapping[str, str] = field(default_factory=dict)
+    display_units: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """The values of "instance.variable"; "time" for the time. Raises ModelError with the nearest name."""
+        if name == "time":
+            return self.time
+        if name not in self.values:
+            raise ModelError([f"{name!r} was not recorded.{nearest(name, self.values)}"])
+        return self.values[name]
+
+    def display(self, name: str) -> tuple[np.ndarray, str]:
+        """The values in the unit in which people want to see them, and that unit."""
+        unit, factor = self.display_units.get(name, (self.units.get(name, ""), 1.0))
+        return self[name] * factor, unit
+
+    def to_csv(self, path: Path | str) -> None:
+        """Write a CSV table with a header of names and every value to its last digit."""
+        with open(path, "w", newline="", encoding="utf-8") as stream:
+            writer = csv.writer(stream, lineterminator="\n")
+            writer.writerow(["time", *self.values])
+            writer.writerows(zip(*[[repr(x) for x in column.tolist()] for column in (self.time, *self.values.values())], strict=True))
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset over the coordinate "time", with units as attributes. Needs the package xarray."""
+        try:
+            import xarray
+        except ImportError:
+            raise ShaperFmuError("to_xarray needs the package xarray: pip install 'shaper-fmu[xarray]'") from None
+        variables = {name: ("time", column, {"units": self.units.get(name, "")}) for name, column in self.values.items()}
+        return xarray.Dataset(variables, coords={"time": ("time", self.time, {"units": "s"})})

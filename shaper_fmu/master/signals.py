@@ -1,0 +1,57 @@
+"""What drives an input from outside: a function of time, a constant, or a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+import numpy as np
+
+from shaper_fmu.component import time_tolerance
+from shaper_fmu.errors import ModelError
+
+Signal = Callable[[float], float]
+Interpolation = Literal["hold", "linear"]
+
+
+def make_signal(source: Any, interpolation: Interpolation, target: str) -> Signal:
+    """A function of time from a function, a number, or a table: shape (n, 2), or a pair of sequences (times, values).
+
+    A held table takes each value from its time on; a linear one goes straight between the rows and may repeat a time
+    to jump. Before the first and after the last row the table keeps that row's value. Raises ModelError.
+    """
+    if callable(source):
+        return source
+    if isinstance(source, int | float):
+        return lambda t: source
+    if interpolation not in ("hold", "linear"):
+        raise ModelError([f"{target}: interpolation {interpolation!r} is neither 'hold' nor 'linear'"])
+    times, values = _columns(source, target)
+    # a row that is meant to fall on a communication point counts as reached in spite of rounding
+    if interpolation == "hold":
+        return lambda t: float(values[max(0, np.searchsorted(times, t + time_tolerance(t, 0.0), side="right") - 1)])
+    return lambda t: _linear(times, values, t)
+
+
+def _columns(source: Any, target: str) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        table = np.asarray(source, dtype=float)
+    except (TypeError, ValueError):
+        raise ModelError([f"{target}: the table is not made of numbers"]) from None
+    pair = isinstance(source, tuple) and len(source) == 2
+    columns = table if pair else table.T
+    if table.ndim != 2 or columns.shape[0] != 2 or columns.shape[1] < 1:
+        raise ModelError([f"{target}: a table has the shape (n, 2) or is a pair (times, values), not {table.shape}"])
+    if not np.isfinite(columns).all():
+        raise ModelError([f"{target}: the table contains a value that is not finite"])
+    if (np.diff(columns[0]) < 0).any():
+        raise ModelError([f"{target}: the table's times decrease at row {int(np.argmax(np.diff(columns[0]) < 0)) + 2}"])
+    return columns[0], columns[1]
+
+
+def _linear(times: np.ndarray, values: np.ndarray, t: float) -> float:
+    after = int(np.searchsorted(times, t + time_tolerance(t, 0.0), side="right"))
+    if after == 0 or after == len(times):
+        return float(values[max(0, after - 1)])
+    part = min(1.0, max(0.0, (t - times[after - 1]) / (times[after] - times[after - 1])))
+    return float(values[after - 1] + part * (values[after] - values[after - 1]))

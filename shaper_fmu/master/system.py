@@ -1,0 +1,153 @@
+"""A system: named FMUs, their start values, and what feeds their inputs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
+from shaper_fmu.master.fmu import Fmu, load_fmu
+from shaper_fmu.master.signals import Interpolation, Signal, make_signal
+from shaper_fmu.master.wiring import Port, instance_order, signal_order
+
+if TYPE_CHECKING:
+    from shaper_fmu.master.results import Results
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*$")
+
+
+class System:
+    """FMUs coupled with each other.
+
+    Wrong names, types and units raise ModelError where they are given; `check` tells what is missing in the whole.
+
+        system = System("example")
+        system.add("shaper", "fmus/InputShaper.fmu", shaper="zvd", natural_frequency=[10.0])
+        system.add("plant", "fmus/MassSpringDamper.fmu")
+        system.drive("shaper.command", lambda t: 1.0)
+        system.connect("shaper.shaped", "plant.force")
+        results = system.simulate(stop_time=2.0, step=0.001)
+    """
+
+    def __init__(self, name: str = "system"):
+        self.name = name
+        self.fmus: dict[str, Fmu] = {}
+        self.start_values: dict[str, dict[str, float | int | bool]] = {}
+        self.connections: dict[Port, Port] = {}  # input -> output
+        self.signals: dict[Port, Signal] = {}
+
+    def add(self, name: str, fmu: Path | str, start: Mapping[str, Any] | None = None, /, **values: Any) -> None:
+        """Add an instance of the FMU at a path, with start values of parameters and inputs.
+
+        Values are given by keyword, or in the mapping `start` for names like "natural_frequency[2]"; a sequence sets
+        the first elements of an array; an item of an enumeration may be given by its name.
+        """
+        if not _NAME.match(name):
+            raise ModelError([f"{name!r} is no name for an instance: letters, digits and _ only, not beginning with a digit"])
+        if name in self.fmus:
+            raise ModelError([f"there is already an instance {name!r}"])
+        loaded = load_fmu(fmu)
+        self.start_values[name] = _prefixed(name, loaded, {**(start or {}), **values})
+        self.fmus[name] = loaded
+
+    def set(self, name: str, value: Any) -> None:
+        """Change a start value: "instance.variable", for example "crane.initial_rope_length"."""
+        instance, variable = self._split(name)
+        self.start_values[instance].update(_prefixed(instance, self.fmus[instance], {variable: value}))
+
+    def connect(self, source: str, target: str) -> None:
+        """Connect an output to an input, both as "instance.variable", of equal type and unit."""
+        source_port, target_port = self._port(source, "output"), self._port(target, "input")
+        self._check_free(target_port)
+        output, input_ = (self.fmus[p[0]].variables[p[1]] for p in (source_port, target_port))
+        if output.type != input_.type:
+            raise ModelError([f"{source} is of type {output.type} but {target} of type {input_.type}; they cannot be connected"])
+        problem = self._unit_problem(source_port, target_port)
+        if problem:
+            raise ModelError([problem])
+        self.connections[target_port] = source_port
+
+    def drive(self, target: str, source: Any, interpolation: Interpolation = "hold") -> None:
+        """Feed an input from outside: a function of time, a number, or a table (see `make_signal`)."""
+        port = self._port(target, "input")
+        self._check_free(port)
+        self.signals[port] = make_signal(source, interpolation, target)
+
+    def check(self) -> list[str]:
+        """Every problem of the system as a whole, in words; empty if it can run."""
+        problems = [] if self.fmus else ["the system has no FMU"]
+        for name, fmu in self.fmus.items():
+            for variable in fmu.variables.values():
+                fed = (name, variable.name) in self.connections or (name, variable.name) in self.signals
+                if variable.causality == "input" and not fed and variable.name not in self.start_values[name]:
+                    problems.append(f"input {name}.{variable.name} is not connected: connect it, drive it, or give it a start value")
+        _, loop = self.signal_order()
+        if loop:
+            path = " -> ".join(f"{instance}.{variable}" for instance, variable in loop)
+            problems.append(f"a loop acts on itself without delay: {path}; break it with an FMU that has no direct feedthrough")
+        return problems
+
+    def simulate(self, stop_time: float, step: float, **options: Any) -> Results:
+        """Run the system; see `Simulation` and `Simulation.run` for the options (record, start_time, algorithm, progress)."""
+        from shaper_fmu.master.simulation import Simulation
+
+        with Simulation(self, record=options.pop("record", None)) as simulation:
+            return simulation.run(stop_time, step, **options)
+
+    def signal_order(self) -> tuple[list[Port], list[Port]]:
+        """Connected inputs in the order in which values spread at initialization, and an algebraic loop if there is one."""
+        return signal_order(self.connections, lambda port: [(port[0], name) for name in self.fmus[port[0]].inputs_of(port[1])])
+
+    def instance_order(self) -> list[str]:
+        """The instances, sources before targets."""
+        def feedthrough(port: Port) -> bool:
+            fmu = self.fmus[port[0]]
+            return any(port[1] in fmu.inputs_of(v.name) for v in fmu.variables.values() if v.causality == "output")
+        return instance_order(list(self.fmus), self.connections, feedthrough)
+
+    def ports(self, names: Sequence[str] | None) -> list[Port]:
+        """Variables by "instance.variable"; all outputs if `names` is None. Raises ModelError for each unknown one."""
+        if names is None:
+            return [(i, v.name) for i, fmu in self.fmus.items() for v in fmu.variables.values() if v.causality == "output"]
+        return [self._port(name) for name in names]
+
+    def _split(self, name: str) -> tuple[str, str]:
+        instance, _, variable = name.partition(".")
+        if instance not in self.fmus:
+            raise ModelError([f"{name!r}: there is no instance {instance!r}.{nearest(instance, self.fmus)}"])
+        return instance, variable
+
+    def _port(self, name: str, *causalities: str) -> Port:
+        instance, variable = self._split(name)
+        try:
+            self.fmus[instance].variable(variable, *causalities)
+        except ModelError as error:
+            raise ModelError([f"{name}: {problem}" for problem in error.problems]) from None
+        return instance, variable
+
+    def _check_free(self, port: Port) -> None:
+        if port in self.connections or port in self.signals:
+            other = ".".join(self.connections[port]) if port in self.connections else "a signal"
+            raise ModelError([f"input {'.'.join(port)} is already driven by {other}"])
+
+    def _unit_problem(self, source: Port, target: Port) -> str | None:
+        (fmu, name), (other, other_name) = ((self.fmus[p[0]], p[1]) for p in (source, target))
+        unit, other_unit = fmu.unit_of(name), other.unit_of(other_name)
+        if not unit or not other_unit or unit == other_unit:
+            return None
+        definitions = fmu.unit_definition(unit), other.unit_definition(other_unit)
+        bases = [str(d.baseUnit) if d is not None and d.baseUnit is not None else None for d in definitions]
+        if bases[0] is not None and bases[0] == bases[1]:
+            return None
+        return f"{'.'.join(source)} is in {unit} but {'.'.join(target)} in {other_unit}; they cannot be connected"
+
+
+def _prefixed(name: str, fmu: Fmu, values: dict[str, Any]) -> dict[str, float | int | bool]:
+    try:
+        return fmu.start_values(values)
+    except ModelError as error:
+        raise ModelError([f"{name}: {problem}" for problem in error.problems]) from None
+    except ShaperFmuError as error:
+        raise ModelError([f"{name}: {error}"]) from error

@@ -1,0 +1,43 @@
+"""The order of things in a system: which instance goes first, and loops without delay."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from graphlib import CycleError, TopologicalSorter
+
+Port = tuple[str, str]
+"""Instance name and variable name."""
+
+
+def signal_order(connections: dict[Port, Port], inputs_of: Callable[[Port], Iterable[Port]]) -> tuple[list[Port], list[Port]]:
+    """The connected inputs, ordered so that each comes after those that act on its source without delay; and a loop.
+
+    `connections` maps an input to its source; `inputs_of` gives the inputs that an output depends on without delay.
+    The second list is an algebraic loop (its first port repeated at the end), or empty.
+    """
+    sorter: TopologicalSorter[Port] = TopologicalSorter()
+    for target, source in connections.items():
+        sorter.add(target, *[port for port in inputs_of(source) if port in connections])
+    try:
+        return list(sorter.static_order()), []
+    except CycleError as error:
+        return list(connections), list(reversed(error.args[1]))
+
+
+def instance_order(names: list[str], connections: dict[Port, Port], feedthrough: Callable[[Port], bool]) -> list[str]:
+    """The instances, sources before their targets; a loop is cut at an input without direct feedthrough if it has one."""
+    edges: dict[tuple[str, str], bool] = {}  # (source, target) -> some connection acts without delay
+    for target, source in connections.items():
+        if source[0] != target[0]:
+            edge = (source[0], target[0])
+            edges[edge] = edges.get(edge, False) or feedthrough(target)
+    while True:
+        sorter: TopologicalSorter[str] = TopologicalSorter({name: [] for name in names})
+        for source, target in edges:
+            sorter.add(target, source)
+        try:
+            return list(sorter.static_order())
+        except CycleError as error:
+            cycle = error.args[1]
+            in_loop = [edge for edge in edges if edge in set(zip(cycle, cycle[1:], strict=False))]
+            del edges[next((edge for edge in reversed(in_loop) if not edges[edge]), in_loop[-1])]
