@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import os
 import stat
 import tempfile
 import zipfile
+import zlib
 from pathlib import Path, PurePosixPath
 
 from shaper_fmu.errors import ArchiveError
@@ -33,37 +35,42 @@ def write_archive(path: Path, files: dict[str, bytes]) -> Path:
     return path
 
 
-def read_archive(path: Path) -> dict[str, bytes]:
-    """All files of an archive: name -> content. Raises ArchiveError for a missing, damaged or hostile archive."""
+def read_archive(content: bytes, name: str) -> dict[str, bytes]:
+    """All files of an archive: name -> content. Raises ArchiveError, which calls it `name`, if it is damaged or hostile."""
     try:
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
             entries = [entry for entry in archive.infolist() if not entry.is_dir()]
-            _check_entries(path, entries)
+            _check_entries(name, entries)
             return {str(PurePosixPath(entry.filename)): archive.read(entry) for entry in entries}
-    except FileNotFoundError:
-        raise ArchiveError(f"{path}: no such file") from None
-    except (OSError, zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError) as error:
-        raise ArchiveError(f"{path}: not a readable archive: {error}") from error
+    except (OSError, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+        raise ArchiveError(f"{name}: not a readable archive: {error}") from error
 
 
-def extract_archive(path: Path, folder: Path) -> Path:
-    """Extract an archive under `folder`, creating nothing outside it; returns `folder`. Raises ArchiveError."""
-    for name, content in read_archive(path).items():
-        target = folder / name
+def read_file(path: Path) -> bytes:
+    """The content of a file. Raises ArchiveError if it cannot be read."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise ArchiveError(f"{path}: {error.strerror or error}") from None
+
+
+def extract_archive(content: bytes, name: str, folder: Path) -> None:
+    """Extract an archive under `folder`, writing nothing outside it. Raises ArchiveError."""
+    for entry, data in read_archive(content, name).items():
+        target = folder / entry
         target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(content)
-    return folder
+        target.write_bytes(data)
 
 
-def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:
+def _check_entries(archive: str, entries: list[zipfile.ZipInfo]) -> None:
     if len(entries) > MOST_ENTRIES:
-        raise ArchiveError(f"{path}: {len(entries)} entries, more than the {MOST_ENTRIES} that are accepted")
+        raise ArchiveError(f"{archive}: {len(entries)} entries, more than the {MOST_ENTRIES} that are accepted")
     size = sum(entry.file_size for entry in entries)
     if size > MOST_BYTES:
-        raise ArchiveError(f"{path}: {size} bytes unpacked, more than the {MOST_BYTES} that are accepted")
+        raise ArchiveError(f"{archive}: {size} bytes unpacked, more than the {MOST_BYTES} that are accepted")
     for entry in entries:
         name = PurePosixPath(entry.filename)
         if name.is_absolute() or ".." in name.parts or "\\" in entry.filename or ":" in entry.filename:
-            raise ArchiveError(f"{path}: entry {entry.filename!r} would be written outside the target folder")
+            raise ArchiveError(f"{archive}: entry {entry.filename!r} would be written outside the target folder")
         if stat.S_ISLNK(entry.external_attr >> 16):
-            raise ArchiveError(f"{path}: entry {entry.filename!r} is a symbolic link")
+            raise ArchiveError(f"{archive}: entry {entry.filename!r} is a symbolic link")

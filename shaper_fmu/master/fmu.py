@@ -11,7 +11,7 @@ from typing import Any
 from fmpy import read_model_description
 from fmpy.model_description import ModelDescription, ModelVariable, Unit
 
-from shaper_fmu.archives import extract_archive
+from shaper_fmu.archives import extract_archive, read_file
 from shaper_fmu.errors import ArchiveError, ModelError, nearest
 
 _TYPES = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool}
@@ -22,18 +22,19 @@ class Fmu:
     """An unpacked FMI 2.0 co-simulation FMU.
 
     Attributes:
-        path: the file it came from.
+        name: the file's name.
         folder: where it is unpacked, until the process ends.
         description: fmpy's model description.
         variables: the variables by name.
     """
 
-    def __init__(self, path: Path, content: bytes):
-        self.path = path
+    def __init__(self, name: str, content: bytes):
+        self.name = name
         self._folder = tempfile.TemporaryDirectory(prefix="shaper-fmu-", ignore_cleanup_errors=True)
-        self.folder = extract_archive(path, Path(self._folder.name).resolve())
+        self.folder = Path(self._folder.name).resolve()
+        extract_archive(content, name, self.folder)
         self.digest = hashlib.sha256(content).hexdigest()
-        self.description = _read_description(path, self.folder)
+        self.description = _read_description(name, self.folder)
         self.variables: dict[str, ModelVariable] = {v.name: v for v in self.description.modelVariables}
         self._units = {unit.name: unit for unit in self.description.unitDefinitions}
 
@@ -44,7 +45,7 @@ class Fmu:
             what = " or ".join(causalities) or "variable"
             found = self.variables.get(name)
             other = f" (it is of causality {found.causality})" if found else ""
-            raise ModelError([f"{self.path.name} has no {what} {name!r}{other}.{nearest(name, known)}"])
+            raise ModelError([f"{self.name} has no {what} {name!r}{other}.{nearest(name, known)}"])
         return self.variables[name]
 
     def inputs_of(self, output: str) -> list[str]:
@@ -84,9 +85,9 @@ class Fmu:
 
     def _start_value(self, name: str, value: Any) -> float | int | bool:
         if name not in self.variables and f"{name}[1]" in self.variables:
-            raise ModelError([f"{self.path.name}: {name} is an array; give its elements as a sequence, or set {name}[1]"])
+            raise ModelError([f"{self.name}: {name} is an array; give its elements as a sequence, or set {name}[1]"])
         variable = self.variable(name, "input", "parameter")
-        return typed_value(variable, value, self.path.name)
+        return typed_value(variable, value, self.name)
 
 
 def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int | bool:
@@ -115,25 +116,22 @@ def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int 
 def load_fmu(path: Path | str) -> Fmu:
     """The FMU at `path`, unpacked once for each content. Raises ArchiveError or ModelError."""
     path = Path(path)
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise ArchiveError(f"{path}: {error.strerror or error}") from None
-    return _load(path, content)
+    return fmu_from_bytes(path.name, read_file(path))
 
 
 @functools.lru_cache(maxsize=64)
-def _load(path: Path, content: bytes) -> Fmu:
-    return Fmu(path, content)
+def fmu_from_bytes(name: str, content: bytes) -> Fmu:
+    """The FMU with this file name and content, unpacked once for each. Raises ArchiveError or ModelError."""
+    return Fmu(name, content)
 
 
-def _read_description(path: Path, folder: Path) -> ModelDescription:
+def _read_description(name: str, folder: Path) -> ModelDescription:
     if not (folder / "modelDescription.xml").is_file():
-        raise ArchiveError(f"{path}: no modelDescription.xml, so this is not an FMU")
+        raise ArchiveError(f"{name}: no modelDescription.xml, so this is not an FMU")
     try:
         description = read_model_description(str(folder))
     except Exception as error:  # fmpy raises many kinds
-        raise ArchiveError(f"{path}: modelDescription.xml is not valid: {error}") from error
+        raise ArchiveError(f"{name}: modelDescription.xml is not valid: {error}") from error
     if not str(description.fmiVersion).startswith("2.0") or description.coSimulation is None:
-        raise ModelError([f"{path}: an FMI {description.fmiVersion} FMU; only FMI 2.0 co-simulation FMUs can be coupled so far"])
+        raise ModelError([f"{name}: an FMI {description.fmiVersion} FMU; only FMI 2.0 co-simulation FMUs can be coupled so far"])
     return description

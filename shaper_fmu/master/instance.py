@@ -99,7 +99,7 @@ class Instance:
             self.slave.instantiate(callbacks=self._callbacks, loggingOn=True)
         except Exception as error:  # fmpy raises bare Exceptions
             del _logs[environment]
-            raise SimulationError(f"{name}: {fmu.path.name} cannot be instantiated: {self._words(error)}") from None
+            raise SimulationError(f"{name}: {fmu.name} cannot be instantiated: {self._words(error)}") from None
         self.usable = True
 
     def _words(self, error: Exception) -> str:

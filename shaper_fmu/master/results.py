@@ -21,7 +21,7 @@ class Results:
         time: communication points [s], shape (n,).
         values: "instance.variable" -> values at those points, each of shape (n,).
         units: "instance.variable" -> unit, "" if it has none.
-        display_units: the same for those to be shown, with their factor: shown = value * factor.
+        display_units: "instance.variable" -> the unit for people, and its factor: shown = value * factor.
     """
 
     time: np.ndarray

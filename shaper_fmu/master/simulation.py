@@ -127,6 +127,8 @@ class Simulation:
             record[i + 1] = [bus[place] for place in columns]
             if progress is not None and i % 256 == 0:
                 progress(t)
+        if progress is not None:
+            progress(stop_time)
         time = start_time + step * np.arange(steps + 1)
         time[-1] = stop_time
         return self._results(time, record)
@@ -140,7 +142,7 @@ class Simulation:
     def _initialize(self, start_time: float, stop_time: float, start_values: Mapping[str, Any], bus: list[Any]) -> None:
         extra: dict[str, dict[str, Any]] = {name: {} for name in self.instances}
         for name, value in start_values.items():
-            instance, variable = self.system._split(name)
+            instance, variable = self.system.split(name)
             extra[instance].update(self.system.fmus[instance].start_values({variable: value}))
         for name, instance in self.instances.items():
             instance.call("setupExperiment", None, start_time, stop_time)
@@ -160,14 +162,8 @@ class Simulation:
 
     def _results(self, time: np.ndarray, record: np.ndarray) -> Results:
         names = [".".join(port) for port in self._recorded]
-        units, displays = {}, {}
-        for name, (instance, variable) in zip(names, self._recorded, strict=True):
-            fmu = self.system.fmus[instance]
-            units[name] = fmu.unit_of(variable) or ""
-            shown, definition = fmu.variables[variable].displayUnit, fmu.unit_definition(units[name])
-            for display in definition.displayUnits if definition is not None and shown else []:
-                if display.name == shown:
-                    displays[name] = (shown, float(display.factor))
+        units = {name: self.system.unit(port) for name, port in zip(names, self._recorded, strict=True)}
+        displays = {name: self.system.display_unit(port) for name, port in zip(names, self._recorded, strict=True)}
         return Results(time, dict(zip(names, record.T.copy(), strict=True)), units, displays)
 
 

@@ -38,8 +38,8 @@ class System:
         self.connections: dict[Port, Port] = {}  # input -> output
         self.signals: dict[Port, Signal] = {}
 
-    def add(self, name: str, fmu: Path | str, start: Mapping[str, Any] | None = None, /, **values: Any) -> None:
-        """Add an instance of the FMU at a path, with start values of parameters and inputs.
+    def add(self, name: str, fmu: Fmu | Path | str, start: Mapping[str, Any] | None = None, /, **values: Any) -> None:
+        """Add an instance of an FMU, given by its path or loaded, with start values of parameters and inputs.
 
         Values are given by keyword, or in the mapping `start` for names like "natural_frequency[2]"; a sequence sets
         the first elements of an array; an item of an enumeration may be given by its name.
@@ -48,13 +48,13 @@ class System:
             raise ModelError([f"{name!r} is no name for an instance: letters, digits and _ only, not beginning with a digit"])
         if name in self.fmus:
             raise ModelError([f"there is already an instance {name!r}"])
-        loaded = load_fmu(fmu)
+        loaded = fmu if isinstance(fmu, Fmu) else load_fmu(fmu)
         self.start_values[name] = _prefixed(name, loaded, {**(start or {}), **values})
         self.fmus[name] = loaded
 
     def set(self, name: str, value: Any) -> None:
         """Change a start value: "instance.variable", for example "crane.initial_rope_length"."""
-        instance, variable = self._split(name)
+        instance, variable = self.split(name)
         self.start_values[instance].update(_prefixed(instance, self.fmus[instance], {variable: value}))
 
     def connect(self, source: str, target: str) -> None:
@@ -113,14 +113,28 @@ class System:
             return [(i, v.name) for i, fmu in self.fmus.items() for v in fmu.variables.values() if v.causality == "output"]
         return [self._port(name) for name in names]
 
-    def _split(self, name: str) -> tuple[str, str]:
+    def unit(self, port: Port) -> str:
+        """The unit of a variable, "" if it has none."""
+        return self.fmus[port[0]].unit_of(port[1]) or ""
+
+    def display_unit(self, port: Port) -> tuple[str, float]:
+        """The unit in which people want to see a variable, and the factor to it from its own."""
+        fmu, unit = self.fmus[port[0]], self.unit(port)
+        shown, definition = fmu.variables[port[1]].displayUnit, fmu.unit_definition(unit)
+        for display in definition.displayUnits if definition is not None else []:
+            if display.name == shown:
+                return display.name, float(display.factor)
+        return unit, 1.0
+
+    def split(self, name: str) -> Port:
+        """Instance and variable of "instance.variable". Raises ModelError for an unknown instance."""
         instance, _, variable = name.partition(".")
         if instance not in self.fmus:
             raise ModelError([f"{name!r}: there is no instance {instance!r}.{nearest(instance, self.fmus)}"])
         return instance, variable
 
     def _port(self, name: str, *causalities: str) -> Port:
-        instance, variable = self._split(name)
+        instance, variable = self.split(name)
         try:
             self.fmus[instance].variable(variable, *causalities)
         except ModelError as error:
