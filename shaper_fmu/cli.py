@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from shaper_fmu import __version__
-from shaper_fmu.errors import BuildError, ModelError, ShaperFmuError
+from shaper_fmu.errors import ModelError, ShaperFmuError
 from shaper_fmu.progress import progress
 
 app = typer.Typer(
@@ -26,14 +26,14 @@ out = Console(highlight=False, soft_wrap=True)
 err = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
-class Algorithm(str, Enum):
+class Algorithm(StrEnum):
     """Master algorithms."""
 
     jacobi = "jacobi"
     gauss_seidel = "gauss_seidel"
 
 
-class Backend(str, Enum):
+class Backend(StrEnum):
     """What an FMU is made of."""
 
     python = "python"
@@ -47,7 +47,9 @@ def _version(version: Annotated[bool, typer.Option("--version", help="Print the 
 
 
 @app.command("list")
-def list_components(names: Annotated[list[str] | None, typer.Argument(help="Components to show with their variables.")] = None) -> None:
+def list_components(
+    names: Annotated[list[str] | None, typer.Argument(help="Components to show with their variables.")] = None,
+) -> None:
     """List the components; with names, their variables."""
     from shaper_fmu.export.documentation import domain_text, start_text, type_text
     from shaper_fmu.export.model_description import summary, visible_variables
@@ -60,7 +62,9 @@ def list_components(names: Annotated[list[str] | None, typer.Argument(help="Comp
         out.print(table)
     for name in names or []:
         component = find_component(name)
-        table = Table("variable", "causality", "type", "unit", "start", "domain", "description", title=f"{name}: {summary(component)}")
+        table = Table(
+            "variable", "causality", "type", "unit", "start", "domain", "description", title=f"{name}: {summary(component)}"
+        )
         for v in visible_variables(component):
             start = start_text(v) if v.causality in ("input", "parameter") else ""
             table.add_row(v.name, v.causality, type_text(v), v.unit, start, domain_text(v), v.description)
@@ -69,7 +73,10 @@ def list_components(names: Annotated[list[str] | None, typer.Argument(help="Comp
 
 @app.command()
 def build(
-    names: Annotated[list[str] | None, typer.Argument(help="Components, Python files with components, or folders of SSP systems. Default: all components.")] = None,
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(help="Components, Python files with components, or folders of SSP systems. Default: all components."),
+    ] = None,
     output: Annotated[Path, typer.Option(help="Folder for the FMUs.")] = Path("fmus"),
     backend: Annotated[Backend, typer.Option(help="python: the source, run by the host's Python.")] = Backend.python,
 ) -> None:
@@ -118,7 +125,9 @@ def _problems(file: Path) -> list[str]:
 @app.command()
 def run(
     system: Annotated[Path, typer.Argument(help="SSP archive (.ssp).")],
-    settings: Annotated[list[str] | None, typer.Option("--set", help="Start value, for example plant.mass=2; may be repeated.")] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", help="Start value, for example plant.mass=2; may be repeated.")
+    ] = None,
     stop_time: Annotated[float | None, typer.Option(help="Stop time [s]. Default: the system's.")] = None,
     step: Annotated[float | None, typer.Option(help="Communication step [s]. Default: the system's.")] = None,
     algorithm: Annotated[Algorithm, typer.Option(help="Master algorithm.")] = Algorithm.gauss_seidel,
@@ -142,7 +151,11 @@ def run(
         raise typer.BadParameter("the system tells no stop time or step size; give --stop-time and --step")
     with progress(f"running {loaded.system.name}", err) as update:
         results = loaded.system.simulate(
-            stop_time, step, start_time=loaded.structure.start_time or 0.0, algorithm=algorithm.value, progress=lambda t: update(t, stop_time)
+            stop_time,
+            step,
+            start_time=loaded.structure.start_time or 0.0,
+            algorithm=algorithm.value,
+            progress=lambda t: update(t, stop_time),
         )
     table = Table("variable", "at the end", "unit")
     for name in results.values:
@@ -225,7 +238,7 @@ def main() -> None:
         for problem in error.problems:
             err.print(f"error: {problem}", markup=False)
         sys.exit(1)
-    except (ShaperFmuError, BuildError) as error:
+    except ShaperFmuError as error:
         err.print(f"error: {error}", markup=False)
         sys.exit(1)
     except KeyboardInterrupt:

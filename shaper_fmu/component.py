@@ -44,9 +44,20 @@ class Variable:
     """One declared variable of a component: a scalar, or an array of `size` elements (named x[1] .. x[size] in FMI 2)."""
 
     def __init__(
-        self, causality: str, start: Any, unit: str, description: str, *, kind: type | None = None, size: int | None = None,
-        min: float | None = None, max: float | None = None, exclusive: Exclusive = False, tunable: bool = False,
-        display_unit: str = "", depends: tuple[str, ...] | None = None,
+        self,
+        causality: str,
+        start: Any,
+        unit: str,
+        description: str,
+        *,
+        kind: type | None = None,
+        size: int | None = None,
+        min: float | None = None,
+        max: float | None = None,
+        exclusive: Exclusive = False,
+        tunable: bool = False,
+        display_unit: str = "",
+        depends: tuple[str, ...] | None = None,
     ):
         self.name = ""
         self.causality, self.unit, self.description = causality, unit, description
@@ -63,6 +74,7 @@ class Variable:
         self.name = name
 
     if TYPE_CHECKING:  # seen through an instance, a variable is its value
+
         def __get__(self, instance: object, owner: type) -> Any: ...
         def __set__(self, instance: object, value: Any) -> None: ...
 
@@ -110,7 +122,7 @@ def Input(unit: str, description: str, start: Any = 0.0, **options: Any) -> Vari
 
 
 def Output(unit: str, description: str, start: Any = 0.0, **options: Any) -> Variable:
-    """An output. `depends` names the inputs that act on it without delay (default: all of them). Options: kind, size, display_unit."""
+    """An output. `depends` names the inputs that act on it without delay (default: all). Options: kind, size, display_unit."""
     return Variable("output", start, unit, description, **options)
 
 
@@ -207,7 +219,9 @@ class Component:
     def do_step(self, time: float, step: float) -> None:
         """Advance from `time` by `step` >= 0 [s] with the inputs held. Raises ComponentError, and then the record is spent."""
         if not (math.isfinite(time) and math.isfinite(step) and step >= 0.0):
-            raise ComponentError(f"{type(self).__name__}: a step of {step} s at t = {time} s is not possible; it must be finite and not negative")
+            raise ComponentError(
+                f"{type(self).__name__}: a step of {step} s at t = {time} s is not possible; it must be finite and not negative"
+            )
         self.check_values("input", when=f" at t = {time:.15g} s")
         self._run(time, self.step, time, step)
 
@@ -239,9 +253,11 @@ class Component:
 
     def explain(self, status: int) -> str:
         """The text of a kernel's status number, with the values of the variables it names."""
+
         def shown(match: re.Match[str]) -> str:
             value = getattr(self, match[1])
             return f"{value:.9g}" if isinstance(value, float) else str(value)
+
         return re.sub(r"\{(\w+)\}", shown, self.messages.get(status, f"failed with status {status}"))
 
     def _flat(self) -> Iterator[Scalar]:

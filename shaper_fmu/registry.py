@@ -33,7 +33,9 @@ def components() -> dict[str, type[Component]]:
     for candidate in [*_built_in(), *_announced()]:
         other = found.setdefault(candidate.__name__, candidate)
         if other is not candidate:
-            raise ComponentError(f"two components are called {candidate.__name__}: in {other.__module__} and in {candidate.__module__}")
+            raise ComponentError(
+                f"two components are called {candidate.__name__}: in {other.__module__} and in {candidate.__module__}"
+            )
     return dict(sorted(found.items()))
 
 
@@ -70,7 +72,8 @@ def load_components(path: Path) -> list[type[Component]]:
     if not path.is_file():
         raise ComponentError(f"{path}: no such file")
     spec = importlib.util.spec_from_file_location(path.stem, path)
-    assert spec and spec.loader
+    if spec is None or spec.loader is None:
+        raise ComponentError(f"{path}: not a Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[path.stem] = module
     try:

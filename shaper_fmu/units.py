@@ -50,7 +50,7 @@ def parse_unit(text: str) -> Unit:
 
     A "/" applies to the one symbol behind it. Raises ComponentError for an unknown symbol.
     """
-    factor, exponents = 1.0, dict.fromkeys(BASE, 0)
+    factor, exponents = 1.0, {str(base): 0 for base in BASE}
     sign = 1
     for token in re.split(r"([./])", text):
         if token in "./":

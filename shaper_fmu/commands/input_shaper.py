@@ -84,7 +84,12 @@ class InputShaper(Component):
         self.duration = self.delay[self.impulses - 1]
         mode = first_shaped_mode(self)
         self.insensitivity = insensitivity(
-            self.amplitude, self.delay, self.impulses, self.natural_frequency[mode], self.damping_ratio[mode], self.vibration_tolerance
+            self.amplitude,
+            self.delay,
+            self.impulses,
+            self.natural_frequency[mode],
+            self.damping_ratio[mode],
+            self.vibration_tolerance,
         )
         self.edge_value[0] = self.initial_command
         return 0

@@ -77,7 +77,9 @@ def _imported(module: str, source: str, packages: set[str]) -> list[str]:
             elif top in packages:
                 raise BuildError(f"{where}: write 'from {target} import ...' so that the module can be packed into an FMU")
             elif top not in sys.stdlib_module_names:
-                raise BuildError(f"{where}: an FMU carries no {top!r}; components may import the standard library and shaper_fmu only")
+                raise BuildError(
+                    f"{where}: an FMU carries no {top!r}; components may import the standard library and shaper_fmu only"
+                )
     return found
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import llvmlite.binding as llvm
 import numba
 import numpy as np
-from numba import carray, cfunc, types
+from numba import cfunc, types
 from numba.core.errors import NumbaError
 from numba.extending import overload, register_jitable
 
@@ -93,16 +93,17 @@ def freestanding_ir(component: type[Component], kernel: str, symbol: str) -> str
     signature = types.int32(record, *[types.float64] * KERNELS[kernel])
 
     def kernel_entry(pointer):
-        return entry(carray(pointer, 1)[0])
+        return entry(numba.carray(pointer, 1)[0])
 
     def kernel_entry_with_time(pointer, t, h):
-        return entry(carray(pointer, 1)[0], t, h)
+        return entry(numba.carray(pointer, 1)[0], t, h)
 
     try:
         compiled = cfunc(signature, **_OPTIONS)(kernel_entry_with_time if KERNELS[kernel] else kernel_entry)
     except NumbaError as error:
         raise BuildError(f"{component.__name__}.{kernel} does not compile: {error}") from error
-    return _without_python(compiled._library.get_llvm_str(), symbol)
+    library: Any = compiled._library  # pyright: ignore[reportAttributeAccessIssue]
+    return _without_python(library.get_llvm_str(), symbol)
 
 
 def _without_python(text: str, symbol: str) -> str:

@@ -60,13 +60,19 @@ def domain_text(variable: Variable) -> str:
 
 def start_text(variable: Variable) -> str:
     """The start value, shortened where an array repeats one value."""
-    shown = [v.name if isinstance(v, enum.IntEnum) else str(v).lower() if isinstance(v, bool) else f"{v:g}" for v in variable.starts]
+    shown = [
+        v.name if isinstance(v, enum.IntEnum) else str(v).lower() if isinstance(v, bool) else f"{v:g}" for v in variable.starts
+    ]
     return shown[0] if len(set(shown)) == 1 else ", ".join(shown)
 
 
 def type_text(variable: Variable) -> str:
     """The FMI type, with the number of elements of an array."""
-    name = "Enumeration" if issubclass(variable.kind, enum.IntEnum) else {float: "Real", int: "Integer", bool: "Boolean"}[variable.kind]
+    name = (
+        "Enumeration"
+        if issubclass(variable.kind, enum.IntEnum)
+        else {float: "Real", int: "Integer", bool: "Boolean"}[variable.kind]
+    )
     return name if variable.size is None else f"{name}[{variable.size}]"
 
 

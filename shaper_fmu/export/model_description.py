@@ -38,7 +38,7 @@ def fmi2_model_description(component: type[Component], guid: str, generator: str
         "fmiVersion": "2.0", "modelName": component.__name__, "guid": guid, "description": summary(component),
         "author": "shaper-fmu", "license": "BSD-2-Clause", "generationTool": generator, "variableNamingConvention": "structured",
     })  # fmt: skip
-    etree.SubElement(root, "CoSimulation", modelIdentifier=component.__name__, **capabilities)
+    etree.SubElement(root, "CoSimulation", {"modelIdentifier": component.__name__, **capabilities})
     _add_units(root, component)
     _add_types(root, component)
     _add_log_categories(root)
@@ -128,7 +128,9 @@ def _add_structure(root: etree._Element, component: type[Component]) -> None:
     for variable in visible_variables(component):
         index[variable.name] = list(range(count + 1, count + 1 + (variable.size or 1)))
         count += variable.size or 1
-    by_causality = {c: [v for v in visible_variables(component) if v.causality == c] for c in ("output", "parameter", "calculatedParameter")}
+    by_causality = {
+        c: [v for v in visible_variables(component) if v.causality == c] for c in ("output", "parameter", "calculatedParameter")
+    }
     parameters = [i for v in by_causality["parameter"] for i in index[v.name]]
     structure = etree.SubElement(root, "ModelStructure")
 

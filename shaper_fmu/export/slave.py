@@ -144,9 +144,9 @@ class ComponentSlave(Fmi2Slave):
         self.stale = True
 
     @staticmethod
-    def _fmu_state_to_bytes(state: bytes) -> bytes:
+    def _fmu_state_to_bytes(state: Any) -> bytes:
         return state
 
     @staticmethod
-    def _fmu_state_from_bytes(state: bytes) -> bytes:
+    def _fmu_state_from_bytes(state: bytes) -> Any:
         return state

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fmpy import read_model_description
-from fmpy.model_description import ModelDescription, ModelVariable, Unit
+from fmpy.model_description import CoSimulation, ModelDescription, ModelVariable, Unit
 
 from shaper_fmu.archives import extract_archive, read_file
 from shaper_fmu.errors import ArchiveError, ModelError, nearest
@@ -36,6 +36,8 @@ class Fmu:
         self.digest = hashlib.sha256(content).hexdigest()
         self.description = _read_description(name, self.folder)
         self.variables: dict[str, ModelVariable] = {v.name: v for v in self.description.modelVariables}
+        assert self.description.coSimulation is not None  # checked by _read_description
+        self.co_simulation: CoSimulation = self.description.coSimulation
         self._units = {unit.name: unit for unit in self.description.unitDefinitions}
 
     def variable(self, name: str, *causalities: str) -> ModelVariable:
@@ -93,7 +95,7 @@ class Fmu:
 def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int | bool:
     """`value`, which may be text, in the variable's type. Raises ModelError."""
     if variable.type == "Enumeration" and isinstance(value, str) and variable.declaredType is not None:
-        items = {item.name: int(item.value) for item in variable.declaredType.items}
+        items = {str(item.name): int(str(item.value)) for item in variable.declaredType.items}
         if value in items:
             return items[value]
         if not value.lstrip("-").isdigit():

@@ -53,7 +53,12 @@ class Transfer:
     def __init__(self, slave: FMU2Slave, variables: Sequence[ModelVariable]):
         self._slave = slave
         self._groups = []
-        kinds = {"Real": ("Real", c_double), "Integer": ("Integer", c_int), "Enumeration": ("Integer", c_int), "Boolean": ("Boolean", c_int)}
+        kinds = {
+            "Real": ("Real", c_double),
+            "Integer": ("Integer", c_int),
+            "Enumeration": ("Integer", c_int),
+            "Boolean": ("Boolean", c_int),
+        }
         for fmi_type in ("Real", "Integer", "Boolean"):
             places = [i for i, v in enumerate(variables) if kinds[str(v.type)][0] == fmi_type]
             if places:
@@ -92,7 +97,7 @@ class Instance:
         try:
             self.slave = FMU2Slave(
                 guid=fmu.description.guid,
-                modelIdentifier=fmu.description.coSimulation.modelIdentifier,
+                modelIdentifier=fmu.co_simulation.modelIdentifier,
                 unzipDirectory=str(fmu.folder),
                 instanceName=name,
             )
@@ -117,7 +122,9 @@ class Instance:
         self.usable = self.usable and error.status < 4
         said = [text.removeprefix("Fatal py exception encountered: ").split("PyObject_CallMethod\n")[-1] for text in self.log]
         words = f": {'; '.join(said[-3:])}" if said else ""
-        return SimulationError(f"{self.name}{when}: {error.function} failed{words or f' with status {error.status} and no message'}")
+        return SimulationError(
+            f"{self.name}{when}: {error.function} failed{words or f' with status {error.status} and no message'}"
+        )
 
     def transfer(self, names: Sequence[str]) -> Transfer:
         """A transfer of these variables. Raises ModelError for a variable that is no number (a string)."""

@@ -47,7 +47,9 @@ class Results:
         with open(path, "w", newline="", encoding="utf-8") as stream:
             writer = csv.writer(stream, lineterminator="\n")
             writer.writerow(["time", *self.values])
-            writer.writerows(zip(*[[repr(x) for x in column.tolist()] for column in (self.time, *self.values.values())], strict=True))
+            writer.writerows(
+                zip(*[[repr(x) for x in column.tolist()] for column in (self.time, *self.values.values())], strict=True)
+            )
 
     def to_xarray(self) -> Any:
         """An xarray.Dataset over the coordinate "time", with units as attributes. Needs the package xarray."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 
@@ -20,10 +20,10 @@ def make_signal(source: Any, interpolation: Interpolation, target: str) -> Signa
     A held table takes each value from its time on; a linear one goes straight between the rows and may repeat a time
     to jump. Before the first and after the last row the table keeps that row's value. Raises ModelError.
     """
-    if callable(source):
-        return source
     if isinstance(source, int | float):
         return lambda t: source
+    if callable(source):
+        return cast(Signal, source)
     if interpolation not in ("hold", "linear"):
         raise ModelError([f"{target}: interpolation {interpolation!r} is neither 'hold' nor 'linear'"])
     times, values = _columns(source, target)

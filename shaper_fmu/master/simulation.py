@@ -17,6 +17,7 @@ from fmpy.fmi1 import FMICallException
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.results import Results
+from shaper_fmu.master.signals import Signal
 from shaper_fmu.master.system import System
 from shaper_fmu.master.wiring import Port
 
@@ -32,14 +33,19 @@ class _Stepper:
         name = instance.name
         inputs = [v for v in instance.fmu.variables if (name, v) in system.connections or (name, v) in system.signals]
         self.instance = instance
-        self.sources = [(places.get(system.connections.get((name, v), ("", ""))), system.signals.get((name, v))) for v in inputs]
+        self.sources = [self._source(system, places, (name, v)) for v in inputs]
         self.input_names = inputs
         self.inputs, self.outputs = instance.transfer(inputs), instance.transfer(outputs)
         self.offset = places[(name, outputs[0])] if outputs else 0
 
+    @staticmethod
+    def _source(system: System, places: dict[Port, int], port: Port) -> int | Signal:
+        """A place on the bus, or a signal."""
+        return system.signals[port] if port in system.signals else places[system.connections[port]]
+
     def feed(self, t: float, bus: list[Any]) -> None:
         """Set the inputs from the bus and the signals at t."""
-        values = [bus[place] if signal is None else signal(t) for place, signal in self.sources]
+        values = [bus[source] if isinstance(source, int) else source(t) for source in self.sources]
         for name, value in zip(self.input_names, values, strict=True):
             if not math.isfinite(value):
                 raise SimulationError(f"{self.instance.name} at t = {t:.15g} s: the value for input {name} is {value}")
@@ -136,7 +142,7 @@ class Simulation:
     def _check_last_step(self, grid_end: float, stop_time: float, step: float) -> None:
         if grid_end > stop_time + 1e-9 * step:
             for name, fmu in self.system.fmus.items():
-                if not fmu.description.coSimulation.canHandleVariableCommunicationStepSize:
+                if not fmu.co_simulation.canHandleVariableCommunicationStepSize:
                     raise ModelError([f"{name} takes no variable steps, so stop_time must be a multiple of the step {step} s"])
 
     def _initialize(self, start_time: float, stop_time: float, start_values: Mapping[str, Any], bus: list[Any]) -> None:

@@ -82,7 +82,9 @@ class System:
             for variable in fmu.variables.values():
                 fed = (name, variable.name) in self.connections or (name, variable.name) in self.signals
                 if variable.causality == "input" and not fed and variable.name not in self.start_values[name]:
-                    problems.append(f"input {name}.{variable.name} is not connected: connect it, drive it, or give it a start value")
+                    problems.append(
+                        f"input {name}.{variable.name} is not connected: connect it, drive it, or give it a start value"
+                    )
         _, loop = self.signal_order()
         if loop:
             path = " -> ".join(f"{instance}.{variable}" for instance, variable in loop)
@@ -102,9 +104,11 @@ class System:
 
     def instance_order(self) -> list[str]:
         """The instances, sources before targets."""
+
         def feedthrough(port: Port) -> bool:
             fmu = self.fmus[port[0]]
             return any(port[1] in fmu.inputs_of(v.name) for v in fmu.variables.values() if v.causality == "output")
+
         return instance_order(list(self.fmus), self.connections, feedthrough)
 
     def ports(self, names: Sequence[str] | None) -> list[Port]:
@@ -123,7 +127,7 @@ class System:
         shown, definition = fmu.variables[port[1]].displayUnit, fmu.unit_definition(unit)
         for display in definition.displayUnits if definition is not None else []:
             if display.name == shown:
-                return display.name, float(display.factor)
+                return str(display.name), float(display.factor)
         return unit, 1.0
 
     def split(self, name: str) -> Port:

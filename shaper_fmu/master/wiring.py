@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from graphlib import CycleError, TopologicalSorter
+from itertools import pairwise
 
 Port = tuple[str, str]
 """Instance name and variable name."""
@@ -39,5 +40,5 @@ def instance_order(names: list[str], connections: dict[Port, Port], feedthrough:
             return list(sorter.static_order())
         except CycleError as error:
             cycle = error.args[1]
-            in_loop = [edge for edge in edges if edge in set(zip(cycle, cycle[1:], strict=False))]
+            in_loop = [edge for edge in edges if edge in set(pairwise(cycle))]
             del edges[next((edge for edge in reversed(in_loop) if not edges[edge]), in_loop[-1])]

@@ -15,12 +15,16 @@ DASHES = ("solid", "dash", "dashdot", "dot")
 
 @dataclass(frozen=True)
 class Line:
-    """A named curve; arrays of shape (n,). `markers` shows the points."""
+    """A named curve; arrays of shape (n,). `markers` shows the points.
+
+    Lines of one `style` look the same in every figure; without it, lines are styled in their order.
+    """
 
     name: str
     x: np.ndarray
     y: np.ndarray
     markers: bool = False
+    style: int | None = None
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,11 @@ class Figure:
     lines: list[Line]
     levels: list[tuple[float, str]] = field(default_factory=list)
     marks: list[tuple[float, str]] = field(default_factory=list)
+
+    def styles(self) -> list[tuple[str, str]]:
+        """Colour and dash of each line."""
+        numbers = [i if line.style is None else line.style for i, line in enumerate(self.lines)]
+        return [(COLOURS[n % len(COLOURS)], DASHES[n % len(DASHES)]) for n in numbers]
 
 
 def label(quantity: str, unit: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
-from shaper_fmu.report.figures import COLOURS, DASHES, Figure
+from shaper_fmu.report.figures import Figure
 
 
 def plotly_script() -> str:
@@ -16,8 +16,8 @@ def plotly_script() -> str:
 def interactive(figure: Figure) -> str:
     """The figure as an HTML element, for a page that holds `plotly_script`."""
     drawn = go.Figure()
-    for i, line in enumerate(figure.lines):
-        style = {"color": COLOURS[i % len(COLOURS)], "dash": DASHES[i % len(DASHES)], "width": 2}
+    for line, (colour, dash) in zip(figure.lines, figure.styles(), strict=True):
+        style = {"color": colour, "dash": dash, "width": 2}
         mode = "lines+markers" if line.markers else "lines"
         drawn.add_trace(go.Scatter(x=line.x.tolist(), y=line.y.tolist(), name=line.name, mode=mode, line=style))
     for value, text in figure.levels:
@@ -34,4 +34,6 @@ def interactive(figure: Figure) -> str:
         margin={"l": 70, "r": 30, "t": 60, "b": 60},
         hovermode="x unified",
     )
-    return drawn.to_html(full_html=False, include_plotlyjs=False, div_id=figure.key, config={"displaylogo": False, "responsive": True})
+    return drawn.to_html(
+        full_html=False, include_plotlyjs=False, div_id=figure.key, config={"displaylogo": False, "responsive": True}
+    )

@@ -31,7 +31,11 @@ def robustness_table(study: Study, runs: list[Run], system: System, metric: str,
     unit, factor = system.display_unit(system.ports([study.metrics[metric].output])[0])
     grid, nominal = study.vary[varied].grid(), study.vary[varied].nominal
     columns = list(dict.fromkeys([grid[0], nominal, grid[-1]]))
-    found = {(case, run.varied[varied]): run.metrics[metric] for case in study.compare for run in nominal_slice(study, runs, case, varied)}
+    found = {
+        (case, run.varied[varied]): run.metrics[metric]
+        for case in study.compare
+        for run in nominal_slice(study, runs, case, varied)
+    }
 
     def cell(case: str, value: float) -> str:
         if (case, value) not in found:
@@ -41,7 +45,10 @@ def robustness_table(study: Study, runs: list[Run], system: System, metric: str,
         return f"{text} ({found[case, value] / reference:.1%})" if reference and case != study.reference else text
 
     varied_unit, varied_factor = system.display_unit(system.ports([varied])[0])
-    head = [f"{value * varied_factor:g} {varied_unit} ({'nominal' if value == nominal else f'{value / nominal - 1:+.0%}'})" for value in columns]
+    head = [
+        f"{value * varied_factor:g} {varied_unit} ({'nominal' if value == nominal else f'{value / nominal - 1:+.0%}'})"
+        for value in columns
+    ]
     rows = [[case, *(cell(case, value) for value in columns)] for case in study.compare]
     related = f" (share of {study.reference})" if study.reference else ""
     return Table(f"{metric.replace('_', ' ').capitalize()} over {varied}{related}", ["", *head], rows)
@@ -56,7 +63,13 @@ def robustness_figures(study: Study, runs: list[Run], system: System, metric: st
     marks = [(study.vary[varied].nominal * varied_factor, "nominal")]
 
     def line(case: str, values: list[float]) -> Line:
-        return Line(case, np.array([run.varied[varied] for run in curves[case]]) * varied_factor, np.array(values), markers=True)
+        return Line(
+            case,
+            np.array([run.varied[varied] for run in curves[case]]) * varied_factor,
+            np.array(values),
+            markers=True,
+            style=list(study.compare).index(case),
+        )
 
     key = f"robustness_{metric}"
     lines = [line(case, [run.metrics[metric] * factor for run in curve]) for case, curve in curves.items()]
@@ -64,7 +77,10 @@ def robustness_figures(study: Study, runs: list[Run], system: System, metric: st
     if study.reference:
         base = {run.varied[varied]: run.metrics[metric] for run in curves[study.reference]}
         relative = [
-            line(case, [run.metrics[metric] / base[run.varied[varied]] * 100 if base.get(run.varied[varied]) else np.nan for run in curve])
+            line(
+                case,
+                [run.metrics[metric] / base[run.varied[varied]] * 100 if base.get(run.varied[varied]) else np.nan for run in curve],
+            )
             for case, curve in curves.items()
             if case != study.reference
         ]
@@ -79,10 +95,14 @@ def response_figures(study: Study, runs: list[Run], system: System, varied: str)
     grid, nominal = study.vary[varied].grid(), study.vary[varied].nominal
     outputs = list(dict.fromkeys(metric.output for metric in study.metrics.values()))
     commands = [metric.command for metric in study.metrics.values() if isinstance(metric, Residual)]
+    varied_unit, varied_factor = system.display_unit(system.ports([varied])[0])
     figures = []
     with Simulation(system, record=study.recorded()) as simulation:
         for place, value in {"lowest": grid[0], "nominal": nominal, "highest": grid[-1]}.items():
-            chosen = {case: next((r for r in nominal_slice(study, runs, case, varied) if r.varied[varied] == value), None) for case in study.compare}
+            chosen = {
+                case: next((r for r in nominal_slice(study, runs, case, varied) if r.varied[varied] == value), None)
+                for case in study.compare
+            }
             results = {case: simulate_run(simulation, study, run) for case, run in chosen.items() if run is not None}
             if not results:
                 continue
@@ -90,9 +110,15 @@ def response_figures(study: Study, runs: list[Run], system: System, varied: str)
             marks = [(ends, "last command ends")] if ends is not None else []
             for output in outputs:
                 unit = next(iter(results.values())).display(output)[1]
-                lines = [Line(case, r.time, r.display(output)[0]) for case, r in results.items()]
-                title = f"{output} at the {place} {varied} = {value:g}" if place != "nominal" else f"{output} at the nominal {varied} = {value:g}"
-                figures.append(Figure(f"response_{output.replace('.', '_')}_{place}", title, "time [s]", label(output, unit), lines, marks=marks))
+                lines = [
+                    Line(case, r.time, r.display(output)[0], style=list(study.compare).index(case)) for case, r in results.items()
+                ]
+                title = f"{output} at the {place} {varied} = {value * varied_factor:g} {varied_unit}"
+                figures.append(
+                    Figure(
+                        f"response_{output.replace('.', '_')}_{place}", title, "time [s]", label(output, unit), lines, marks=marks
+                    )
+                )
     return figures
 
 
@@ -100,14 +126,19 @@ def sweep_blocks(study: Study, runs: list[Run], system: System, provenance: Mapp
     """Blocks of the page for a whole store."""
     done = sum(run.status == "done" for run in runs)
     failed = [run for run in runs if run.status == "failed"]
-    blocks: list[Block] = [Text(f"{done} of {len(runs)} runs done, {len(failed)} failed. {study.step:g} s communication steps, {study.algorithm}.")]
+    blocks: list[Block] = [
+        Text(f"{done} of {len(runs)} runs done, {len(failed)} failed. {study.step:g} s communication steps, {study.algorithm}.")
+    ]
     for varied in study.vary:
         for metric in study.metrics:
             blocks.append(robustness_table(study, runs, system, metric, varied))
             blocks += robustness_figures(study, runs, system, metric, varied)
         blocks += response_figures(study, runs, system, varied)
     if failed:
-        rows = [[str(run.id), run.compared, ", ".join(f"{n} = {v:g}" for n, v in run.varied.items()), run.reason or ""] for run in failed]
+        rows = [
+            [str(run.id), run.compared, ", ".join(f"{n} = {v:g}" for n, v in run.varied.items()), run.reason or ""]
+            for run in failed
+        ]
         blocks.append(Table("Failed runs", ["run", "case", "start values", "reason"], rows))
     rows = [["shaper-fmu", str(provenance.get("shaper-fmu", "unknown"))]]
     rows += [[f"FMU {name}", digest] for name, digest in provenance.get("fmus", {}).items()]

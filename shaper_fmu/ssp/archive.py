@@ -78,6 +78,8 @@ def pack_ssp(folder: Path | str, fmus: Path | str, target: Path | str | None = N
         if element.source not in files:
             fmu = fmus / PurePosixPath(element.source).name
             if not fmu.is_file():
-                raise BuildError(f"{folder}: component {element.name!r} needs {fmu}, which is not there; run 'shaper-fmu build' first")
+                raise BuildError(
+                    f"{folder}: component {element.name!r} needs {fmu}, which is not there; run 'shaper-fmu build' first"
+                )
             files[element.source] = fmu.read_bytes()
     return write_archive(Path(target) if target else folder.with_name(folder.name + ".ssp"), files)

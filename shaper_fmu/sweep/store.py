@@ -80,7 +80,9 @@ class Store:
         if self._value("study") is not None:
             for key, text in entries.items():
                 if self._value(key) != text:
-                    raise StudyError(f"{self.path}: holds runs of another {key}; give another --store, or delete this one to start anew")
+                    raise StudyError(
+                        f"{self.path}: holds runs of another {key}; give another --store, or delete this one to start anew"
+                    )
         else:
             with self._database:
                 self._database.executemany("INSERT INTO study VALUES (?, ?)", entries.items())
@@ -102,7 +104,8 @@ class Store:
     def runs(self, status: str | None = None) -> list[Run]:
         """The runs in the plan's order, all or those of one status."""
         rows = self._database.execute(
-            "SELECT id, compared, varied, status, metrics, reason FROM run WHERE ? IS NULL OR status = ? ORDER BY id", (status, status)
+            "SELECT id, compared, varied, status, metrics, reason FROM run WHERE ? IS NULL OR status = ? ORDER BY id",
+            (status, status),
         )
         return [Run(i, c, json.loads(v), s, json.loads(m or "{}"), r) for i, c, v, s, m, r in rows]
 

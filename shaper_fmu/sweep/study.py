@@ -98,7 +98,9 @@ def read_study(path: Path | str) -> Study:
     except (msgspec.DecodeError, StudyError) as error:
         raise StudyError(f"{path}: {error}") from None
     if study.reference is not None and study.reference not in study.compare:
-        raise StudyError(f"{path}: reference = {study.reference!r} is not one of [compare].{nearest(study.reference, study.compare)}")
+        raise StudyError(
+            f"{path}: reference = {study.reference!r} is not one of [compare].{nearest(study.reference, study.compare)}"
+        )
     if not study.compare or not study.vary or not study.metrics:
         raise StudyError(f"{path}: a study needs at least one entry in each of [vary], [compare] and [metrics]")
     return study

@@ -1,0 +1,48 @@
+# make demo and make test set themselves up: all they need is Python 3.11+, make and pip.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/ready
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test fmus bench lint format clean
+
+help:  ## Show the targets
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+$(READY): pyproject.toml
+	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; v >= (3, 11) or sys.exit("Python 3.11 or newer is needed, $(PYTHON) is %d.%d; give another one: make PYTHON=python3.12 ..." % v)'
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) >/dev/null 2>&1 || { rm -rf $(VENV); $(PYTHON) -m venv --without-pip $(VENV); }
+	@if $(BIN)/python -m pip --version >/dev/null 2>&1; then pip="$(BIN)/python -m pip"; else pip="$(PYTHON) -m pip --python $(BIN)/python"; fi; \
+	  echo "installing into $(VENV)"; $$pip install --quiet --editable '.[report,xarray,test,dev]'
+	@touch $@
+
+demo: $(READY)  ## Build the FMUs, run and sweep the crane, write the reports
+	$(BIN)/shaper-fmu build
+	$(BIN)/shaper-fmu build ssp/overhead_crane
+	$(BIN)/shaper-fmu run ssp/overhead_crane.ssp --report results/overhead_crane_run.html
+	$(BIN)/shaper-fmu sweep ssp/overhead_crane/study.toml
+	$(BIN)/shaper-fmu report results/overhead_crane.sqlite --output results/overhead_crane.html
+	@echo "The report: results/overhead_crane.html"
+
+test: $(READY)  ## Run the tests
+	$(BIN)/python -m pytest -n auto
+
+fmus: $(READY)  ## Build all FMUs into fmus/
+	$(BIN)/shaper-fmu build
+
+bench: $(READY)  ## Measure against peers; writes bench/results.json
+	$(BIN)/python bench/run.py
+
+lint: $(READY)  ## ruff and pyright
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+
+format: $(READY)  ## Format the code
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+clean:  ## Remove what was built
+	rm -rf $(VENV) results fmus/*.fmu ssp/*.ssp
