@@ -22,6 +22,7 @@ demo: $(READY)  ## Build the FMUs, run and sweep the crane, write the reports
 	$(BIN)/shaper-fmu build
 	$(BIN)/shaper-fmu build ssp/overhead_crane
 	$(BIN)/shaper-fmu run ssp/overhead_crane.ssp --report results/overhead_crane_run.html
+	rm -f results/overhead_crane.sqlite*
 	$(BIN)/shaper-fmu sweep ssp/overhead_crane/study.toml
 	$(BIN)/shaper-fmu report results/overhead_crane.sqlite --output results/overhead_crane.html
 	@echo "The report: results/overhead_crane.html"

@@ -71,15 +71,16 @@ def load_components(path: Path) -> list[type[Component]]:
     """The components defined in a Python file of the user's. Raises ComponentError when there are none or it does not load."""
     if not path.is_file():
         raise ComponentError(f"{path}: no such file")
-    spec = importlib.util.spec_from_file_location(path.stem, path)
+    name = f"component_{path.stem}"  # so that the file cannot take the place of a module of its name
+    spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ComponentError(f"{path}: not a Python file")
     module = importlib.util.module_from_spec(spec)
-    sys.modules[path.stem] = module
+    sys.modules[name] = module
     try:
         spec.loader.exec_module(module)
     except Exception as error:
-        del sys.modules[path.stem]
+        del sys.modules[name]
         raise ComponentError(f"{path}: {type(error).__name__}: {error}") from error
     found = components_of(module)
     if not found:

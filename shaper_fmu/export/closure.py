@@ -29,7 +29,9 @@ def packed_sources(component: type[Component]) -> tuple[str, dict[str, str]]:
     while pending:
         module = pending.pop()
         if module not in sources:
-            sources[module] = _source_file(module).read_text(encoding="utf-8")
+            # the class tells its own file: its module's name may meanwhile stand for another file
+            file = Path(component.step.__code__.co_filename) if module == component.__module__ else _source_file(module)
+            sources[module] = file.read_text(encoding="utf-8")
             pending += _imported(module, sources[module], packages)
     digest = hashlib.sha256(repr((component.__name__, sorted(sources.items()))).encode()).hexdigest()[:16]
     root = f"shaper_fmu_{digest}"
@@ -67,7 +69,7 @@ def _target(module: str, node: ast.ImportFrom) -> str:
 def _imported(module: str, source: str, packages: set[str]) -> list[str]:
     found = []
     for node in _import_statements(source):
-        where = f"{_source_file(module).name}, line {node.lineno}"
+        where = f"module {module}, line {node.lineno}"
         for target in [_target(module, node)] if isinstance(node, ast.ImportFrom) else [alias.name for alias in node.names]:
             top = target.split(".")[0]
             if top in packages and isinstance(node, ast.ImportFrom):

@@ -92,11 +92,13 @@ def freestanding_ir(component: type[Component], kernel: str, symbol: str) -> str
     record = types.CPointer(numba.from_dtype(record_dtype(component)))
     signature = types.int32(record, *[types.float64] * KERNELS[kernel])
 
+    carray = numba.carray  # pyright: ignore[reportPrivateImportUsage]
+
     def kernel_entry(pointer):
-        return entry(numba.carray(pointer, 1)[0])
+        return entry(carray(pointer, 1)[0])
 
     def kernel_entry_with_time(pointer, t, h):
-        return entry(numba.carray(pointer, 1)[0], t, h)
+        return entry(carray(pointer, 1)[0], t, h)
 
     try:
         compiled = cfunc(signature, **_OPTIONS)(kernel_entry_with_time if KERNELS[kernel] else kernel_entry)

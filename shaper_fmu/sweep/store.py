@@ -77,12 +77,11 @@ class Store:
 
     def _plan(self, study: Study, provenance: dict[str, Any]) -> None:
         entries = {"study": study.as_json(), "provenance": json.dumps(provenance, sort_keys=True)}
+        differs = {"study": "another study", "provenance": "other FMUs or another version of shaper-fmu"}
         if self._value("study") is not None:
             for key, text in entries.items():
                 if self._value(key) != text:
-                    raise StudyError(
-                        f"{self.path}: holds runs of another {key}; give another --store, or delete this one to start anew"
-                    )
+                    raise StudyError(f"{self.path}: holds runs of {differs[key]}; give another --store, or delete this one")
         else:
             with self._database:
                 self._database.executemany("INSERT INTO study VALUES (?, ?)", entries.items())

@@ -1,0 +1,49 @@
+"""What the tests share: the built FMUs, and a small component of a user's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from shaper_fmu.component import Component
+from shaper_fmu.export.pythonfmu_backend import build_fmu
+from shaper_fmu.registry import components, load_components
+
+
+@pytest.fixture(scope="session")
+def fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the FMUs of all components."""
+    folder = tmp_path_factory.mktemp("fmus")
+    for component in components().values():
+        build_fmu(component, folder)
+    return folder
+
+
+GAIN = '''\
+"""A gain, as a user would write it."""
+
+from shaper_fmu.component import Component, Input, Output, Parameter
+
+
+class Gain(Component):
+    """Multiplies its input: result = {factor} factor value."""
+
+    messages = {{7: "a load of 100% is too much for %s, value = {{value}}"}}
+
+    value = Input("", "what comes in")
+    factor = Parameter(1.0, "", "gain")
+    result = Output("", "what goes out")
+
+    def step(self, t, h):
+        if self.value > 1000.0:
+            return 7
+        self.result = {factor} * self.factor * self.value
+'''
+
+
+def gain_component(folder: Path, factor: float) -> type[Component]:
+    """The component of a file gain.py in this folder that multiplies by `factor`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "gain.py").write_text(GAIN.format(factor=factor))
+    return load_components(folder / "gain.py")[0]
