@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import shutil
 import tempfile
+import weakref
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +32,8 @@ class Fmu:
 
     def __init__(self, name: str, content: bytes):
         self.name = name
-        self._folder = tempfile.TemporaryDirectory(prefix="shaper-fmu-", ignore_cleanup_errors=True)
-        self.folder = Path(self._folder.name).resolve()
+        self.folder = Path(tempfile.mkdtemp(prefix="shaper-fmu-")).resolve()
+        weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
         extract_archive(content, name, self.folder)
         self.digest = hashlib.sha256(content).hexdigest()
         self.description = _read_description(name, self.folder)

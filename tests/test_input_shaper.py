@@ -1,0 +1,124 @@
+"""The input shaper in operation: jumps where they belong, the exact final value, the mean for holding masters."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from shaper_fmu.commands.input_shaper import EDGES, InputShaper
+from shaper_fmu.component import NO_EVENT
+
+command_rows = st.lists(st.tuples(st.integers(1, 40), st.floats(-10, 10, width=32)), min_size=1, max_size=8)
+
+
+def ready(**values) -> InputShaper:
+    shaper = InputShaper(**{"shaper": "zvd", "natural_frequency": [5.0], "damping_ratio": [0.1], **values})
+    shaper.initialize()
+    return shaper
+
+
+def convolved(shaper: InputShaper, edges: list[tuple[float, float]], t: float) -> float:
+    """sum_i A_i command(t - t_i), with command(t) from its edges (time, value) and 0 before them."""
+    total = 0.0
+    for a, delay in zip(shaper.amplitude[: shaper.impulses], shaper.delay[: shaper.impulses], strict=True):
+        reached = [value for time, value in edges if time + delay <= t + 1e-12]
+        total += a * (reached[-1] if reached else 0.0)
+    return total
+
+
+@settings(deadline=None, max_examples=60)
+@given(command_rows, st.sampled_from([0.01, 0.037, 0.11, 0.5]))
+def test_output_is_the_convolution_whatever_the_communication_step(rows, step):
+    shaper, edges, i = ready(), [], 0
+    for steps, value in rows:
+        if not edges or edges[-1][1] != value:
+            edges.append((i * step, value))
+        shaper.command = value
+        for _ in range(steps):
+            shaper.do_step(i * step, step)
+            i += 1
+            assert shaper.shaped == pytest.approx(convolved(shaper, edges, i * step), abs=1e-12 * 10)
+
+
+@settings(deadline=None, max_examples=60)
+@given(command_rows, st.sampled_from([0.01, 0.037, 0.11, 0.5]))
+def test_shaped_mean_is_the_mean_of_the_next_step(rows, step):
+    """Integrate the staircase of the next step piece by piece, between the edges that fall into it."""
+    shaper, edges, i = ready(), [(-math.inf, 0.0)], 0
+    for steps, value in rows:
+        edges.append((i * step, value))
+        shaper.command = value
+        for _ in range(steps):
+            shaper.do_step(i * step, step)
+            i += 1
+            begin, end = i * step, (i + 1) * step
+            jumps = sorted(t + d for t, _ in edges[1:] for d in shaper.delay[: shaper.impulses] if begin < t + d < end)
+            points = [begin, *jumps, end]
+            mean = sum(convolved(shaper, edges, (a + b) / 2) * (b - a) for a, b in zip(points, points[1:], strict=False)) / step
+            assert shaper.shaped_mean == pytest.approx(mean, abs=1e-10)
+
+
+def test_events_are_announced_and_served_by_stepping_onto_them():
+    shaper = ready()
+    shaper.command = 2.0
+    shaper.do_step(0.0, 0.0)
+    t, jumps = 0.0, [(0.0, shaper.shaped)]
+    while shaper.next_event_time < NO_EVENT:
+        target, before = shaper.next_event_time, shaper.shaped
+        shaper.do_step(t, 0.5 * (target - t))  # half way: nothing happens
+        assert shaper.shaped == before
+        half = t + 0.5 * (target - t)
+        shaper.do_step(half, target - half)
+        t = target
+        jumps.append((t, shaper.shaped - before))
+    assert [time for time, _ in jumps] == shaper.delay[: shaper.impulses]
+    assert [size for _, size in jumps] == pytest.approx([2.0 * a for a in shaper.amplitude[: shaper.impulses]], rel=1e-14)
+    assert shaper.shaped == 2.0  # exactly
+    assert shaper.settled
+
+
+@pytest.mark.parametrize("steps_per_delay", [3, 7, 10, 25])
+@pytest.mark.parametrize("start", [0.0, 1000.0])
+def test_an_edge_meant_for_a_communication_point_is_not_missed_by_rounding(steps_per_delay, start):
+    """Delays of n steps of a tenth of a second, whatever the rounding of start + i * step."""
+    step = 0.1
+    half_period = steps_per_delay * step
+    shaper = InputShaper(shaper="zvd", natural_frequency=[math.pi / half_period])
+    shaper.initialize(start)
+    shaper.command = 1.0
+    values = []
+    for i in range(2 * steps_per_delay + 1):
+        shaper.do_step(start + i * step, step)
+        values.append(shaper.shaped)
+    expected = [0.25] * (steps_per_delay - 1) + [0.75] * steps_per_delay + [1.0] * 2
+    assert values == pytest.approx(expected, abs=1e-15)
+
+
+def test_the_final_value_is_exact_although_amplitudes_are_rounded():
+    shaper = ready(shaper="custom", custom_impulses=3, custom_amplitude=[0.1, 0.2, 0.7], custom_delay=[0.0, 0.1, 0.2])
+    shaper.command = 0.1
+    shaper.do_step(0.0, 0.25)
+    assert shaper.shaped == 0.1
+    assert shaper.shaped_mean == 0.1
+
+
+def test_the_command_before_the_start_is_known():
+    shaper = ready(initial_command=5.0, command=5.0)
+    assert (shaper.shaped, shaper.settled) == (5.0, True)
+    shaper.command = 6.0
+    shaper.do_step(0.0, 0.1)
+    assert shaper.shaped == pytest.approx(5.0 + shaper.amplitude[0], rel=1e-15)
+
+
+def test_history_is_bounded_but_never_ends():
+    """Many more edges than the buffer holds, over a short shaper; the oldest are forgotten in time."""
+    shaper = ready(shaper="zv", natural_frequency=[100.0])
+    for i in range(3 * EDGES):
+        shaper.command = float(i % 7)
+        shaper.do_step(0.001 * i, 0.001)
+    shaper.do_step(0.001 * 3 * EDGES, 1.0)
+    assert shaper.shaped == shaper.command
+    assert shaper.newest < 2 * EDGES
