@@ -32,13 +32,13 @@ class MassSpringDamper(Component):
         self.damping_ratio = 0.5 * self.damping / math.sqrt(self.stiffness * self.mass)
 
     def step(self, t, h):
-        if h != self.known_step:
-            self.known_step = h
-            oscillator_transition(self.transition, self.natural_frequency, self.damping_ratio, h)
-        rest = self.force / self.stiffness
-        deviation = self.position - rest
-        speed = self.velocity
         if h > 0.0:
+            if h != self.known_step:
+                self.known_step = h
+                oscillator_transition(self.transition, self.natural_frequency, self.damping_ratio, h)
+            rest = self.force / self.stiffness
+            deviation = self.position - rest
+            speed = self.velocity
             self.position = rest + self.transition[0] * deviation + self.transition[1] * speed
             self.velocity = self.transition[2] * deviation + self.transition[3] * speed
         self.acceleration = (self.force - self.damping * self.velocity - self.stiffness * self.position) / self.mass

@@ -13,6 +13,7 @@ from rich.table import Table
 
 from shaper_fmu import __version__
 from shaper_fmu.errors import ModelError, ShaperFmuError
+from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.progress import progress
 
 app = typer.Typer(
@@ -24,13 +25,6 @@ app = typer.Typer(
 )
 out = Console(highlight=False, soft_wrap=True)
 err = Console(stderr=True, highlight=False, soft_wrap=True)
-
-
-class Algorithm(StrEnum):
-    """Master algorithms."""
-
-    jacobi = "jacobi"
-    gauss_seidel = "gauss_seidel"
 
 
 class Backend(StrEnum):
@@ -130,7 +124,7 @@ def run(
     ] = None,
     stop_time: Annotated[float | None, typer.Option(help="Stop time [s]. Default: the system's.")] = None,
     step: Annotated[float | None, typer.Option(help="Communication step [s]. Default: the system's.")] = None,
-    algorithm: Annotated[Algorithm, typer.Option(help="Master algorithm.")] = Algorithm.gauss_seidel,
+    algorithm: Annotated[Algorithm, typer.Option(help="Master algorithm.")] = "jacobi",
     output: Annotated[Path | None, typer.Option(help="Write all outputs to this CSV file.")] = None,
     report: Annotated[Path | None, typer.Option(help="Write a page with the time responses, and a picture of each.")] = None,
 ) -> None:
@@ -154,7 +148,7 @@ def run(
             stop_time,
             step,
             start_time=loaded.structure.start_time or 0.0,
-            algorithm=algorithm.value,
+            algorithm=algorithm,
             progress=lambda t: update(t, stop_time),
         )
     table = Table("variable", "at the end", "unit")

@@ -122,3 +122,29 @@ def test_percent_signs_and_repeated_failures_do_not_crash_the_host(tmp_path):
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("a load of 100% is too much for %s, value = 2000") == 50
     assert done.stdout.endswith("alive\n")
+
+
+EXIT = """
+import atexit, json, sys
+registered = []
+register = atexit.register
+atexit.register = lambda function, *a, **k: (registered.append(function), register(function, *a, **k))[1]
+import fmpy
+from fmpy.fmi2 import FMU2Slave
+description = fmpy.read_model_description(sys.argv[1])
+folder = fmpy.extract(sys.argv[1])
+for repetition in range(3):
+    slave = FMU2Slave(guid=description.guid, modelIdentifier=description.coSimulation.modelIdentifier,
+                      unzipDirectory=folder, instanceName="x")
+    slave.instantiate()
+    slave.freeInstance()
+print([f.__name__ for f in registered if "finalize" in getattr(f, "__name__", "")])
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the wrapper's fault is Linux's alone")
+def test_the_wrappers_interpreter_is_released_once_before_the_process_ends(fmus):
+    """pythonfmu releases it again in its exit handlers: a use after free unless it is already gone (seen with valgrind)."""
+    path = str(fmus / "MotionProfile.fmu")
+    done = subprocess.run([sys.executable, "-c", EXIT, path], capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stdout) == (0, "['finalizePythonInterpreter']\n"), done.stderr

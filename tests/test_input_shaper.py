@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
@@ -45,20 +46,47 @@ def test_output_is_the_convolution_whatever_the_communication_step(rows, step):
 
 @settings(deadline=None, max_examples=60)
 @given(command_rows, st.sampled_from([0.01, 0.037, 0.11, 0.5]))
-def test_shaped_mean_is_the_mean_of_the_next_step(rows, step):
-    """Integrate the staircase of the next step piece by piece, between the edges that fall into it."""
+def test_shaped_mean_is_the_mean_over_the_step(rows, step):
+    """Integrate the staircase of the step piece by piece, between the edges that fall into it."""
     shaper, edges, i = ready(), [(-math.inf, 0.0)], 0
     for steps, value in rows:
         edges.append((i * step, value))
         shaper.command = value
         for _ in range(steps):
             shaper.do_step(i * step, step)
-            i += 1
             begin, end = i * step, (i + 1) * step
             jumps = sorted(t + d for t, _ in edges[1:] for d in shaper.delay[: shaper.impulses] if begin < t + d < end)
             points = [begin, *jumps, end]
-            mean = sum(convolved(shaper, edges, (a + b) / 2) * (b - a) for a, b in zip(points, points[1:], strict=False)) / step
+            mean = sum(convolved(shaper, edges, (a + b) / 2) * (b - a) for a, b in pairwise(points)) / step
             assert shaper.shaped_mean == pytest.approx(mean, abs=1e-10)
+            i += 1
+
+
+@settings(deadline=None, max_examples=60)
+@given(command_rows, st.sampled_from([0.01, 0.037, 0.5]))
+def test_looking_at_a_communication_point_changes_nothing(rows, step):
+    """A step of length zero shows the outputs for the new command; the steps go on as if it had not been."""
+    looked, plain, i = ready(), ready(), 0
+    for steps, value in rows:
+        looked.command = plain.command = value
+        looked.do_step(i * step, 0.0)
+        assert looked.edge_value[looked.newest % EDGES] == value
+        for _ in range(steps):
+            looked.do_step(i * step, step)
+            plain.do_step(i * step, step)
+            assert (looked.shaped, looked.next_event_time) == (plain.shaped, plain.next_event_time)
+            i += 1
+
+
+def test_a_command_set_twice_at_one_time_is_one_edge():
+    once, twice = ready(), ready()
+    twice.command = 9.0
+    twice.do_step(0.0, 0.0)
+    once.command = twice.command = 1.0
+    for shaper in (once, twice):
+        shaper.do_step(0.0, 0.3)
+    assert twice.newest == 1
+    assert twice.shaped == once.shaped
 
 
 def test_events_are_announced_and_served_by_stepping_onto_them():
@@ -102,6 +130,7 @@ def test_the_final_value_is_exact_although_amplitudes_are_rounded():
     shaper.command = 0.1
     shaper.do_step(0.0, 0.25)
     assert shaper.shaped == 0.1
+    shaper.do_step(0.25, 0.25)
     assert shaper.shaped_mean == 0.1
 
 

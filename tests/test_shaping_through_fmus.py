@@ -29,7 +29,7 @@ def shaped_plant(fmus, kind: str, wn: float, zeta: float, ratio: float) -> Resul
 def residual_v(results: Results, w: float, zeta: float, end: float) -> float:
     """Envelope of the free vibration at `end`, relative to that of the unit step at its time (V of Singer and Seering).
 
-    The state some time later is carried back by the envelope's decay, so that rounding is averaged by no means.
+    It is taken from the state half a second later and carried back by the envelope's decay.
     """
     at = round(end / STEP) + 50
     deviation = results["plant.position"][at] - 1.0 / (w * w)

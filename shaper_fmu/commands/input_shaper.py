@@ -35,7 +35,8 @@ class InputShaper(Component):
     shaped(t) = sum_i A_i command(t - t_i), with the impulses A_i, t_i of the chosen shaper for each shaped mode,
     convolved over the modes. The command is piecewise constant (held between communication points), and so is the
     output; its jumps are placed in time exactly, whatever the communication step: `next_event_time` announces them.
-    A master that can only hold inputs over fixed steps wires `shaped_mean`, the mean over its next step.
+    A master that can only hold inputs over fixed steps wires `shaped_mean`, the mean over the step just done: it puts
+    every impulse where it belongs, all with the same delay of a step (none, if the plant steps after the shaper).
 
     Before the start the command is taken to have been `initial_command` for ever. Impulses: ZV (Smith 1958), ZVD and
     ZVDD (Singer and Seering 1990), or custom ones, whose amplitudes must add up to 1 and are divided by their sum.
@@ -64,7 +65,7 @@ class InputShaper(Component):
     impulses = Calculated("", "number of impulses", start=0)
     insensitivity = Calculated("", "width of the band of w/wn of the first shaped mode in which V <= vibration_tolerance")
     shaped = Output("", "shaped command")
-    shaped_mean = Output("", "mean of `shaped` over the next step, if that is as long as the last one and the command stays")
+    shaped_mean = Output("", "mean of `shaped` over the last step, for masters that hold inputs")
     next_event_time = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
     settled = Output("", "true when nothing more is pending", start=True)
 
@@ -92,6 +93,8 @@ class InputShaper(Component):
             self.vibration_tolerance,
         )
         self.edge_value[0] = self.initial_command
+        self.shaped = self.initial_command
+        self.shaped_mean = self.initial_command
         return 0
 
     def step(self, t, h):
@@ -99,18 +102,18 @@ class InputShaper(Component):
             if self.newest - self.reached[self.impulses - 1] >= EDGES - 1:
                 return HISTORY_FULL
             record_edge(self, t)
-        now = t + h
-        release_edges(self, now + time_tolerance(t, h))
+        shaped_before = self.shaped
+        self.shaped = 0.0
+        self.next_event_time = NO_EVENT
+        mean = 0.0
+        for i in range(self.impulses):
+            mean += self.amplitude[i] * pass_edges(self, i, t, h)
+            self.shaped += self.amplitude[i] * self.edge_value[self.reached[i] % EDGES]
         self.settled = self.reached[self.impulses - 1] == self.newest
         if self.settled:  # the amplitudes' sum may miss 1 by rounding; the final value may not
             self.shaped = self.edge_value[self.newest % EDGES]
-            self.shaped_mean = self.shaped
-            return 0
-        self.shaped = 0.0
-        self.shaped_mean = 0.0
-        for i in range(self.impulses):
-            self.shaped += self.amplitude[i] * self.edge_value[self.reached[i] % EDGES]
-            self.shaped_mean += self.amplitude[i] * mean_command(self, i, now, h)
+        if h > 0.0:
+            self.shaped_mean = self.shaped if self.shaped == shaped_before else mean
         return 0
 
 
@@ -167,35 +170,25 @@ def record_edge(m, t):
         m.newest -= EDGES
         for i in range(m.impulses):
             m.reached[i] -= EDGES
-    m.newest += 1
-    m.edge_time[m.newest % EDGES] = t
+    if m.newest == 0 or m.edge_time[m.newest % EDGES] != t:  # else the command was set again at the same time
+        m.newest += 1
+        m.edge_time[m.newest % EDGES] = t
     m.edge_value[m.newest % EDGES] = m.command
 
 
-def release_edges(m, until):
-    """Let every impulse pass the edges that are due at `until`, and find the next one due."""
-    m.next_event_time = NO_EVENT
-    for i in range(m.impulses):
-        while m.reached[i] < m.newest:
-            due = m.edge_time[(m.reached[i] + 1) % EDGES] + m.delay[i]
-            if due > until:
-                m.next_event_time = min(m.next_event_time, due)
-                break
-            m.reached[i] += 1
-
-
-def mean_command(m, i, now, h):
-    """Mean over [now, now + h] of the command as impulse i sees it, if the command stays as it is."""
-    edge = m.reached[i]
-    value = m.edge_value[edge % EDGES]
-    if h <= 0.0:
-        return value
+def pass_edges(m, i, t, h):
+    """Let impulse i pass the edges due until t + h, and note the next one; returns the mean over [t, t + h] of what it sees."""
+    until = t + h + time_tolerance(t, h)
+    value = m.edge_value[m.reached[i] % EDGES]
     mean = value
-    while edge < m.newest:
-        edge += 1
-        due = m.edge_time[edge % EDGES] + m.delay[i]
-        if due >= now + h:
+    while m.reached[i] < m.newest:
+        due = m.edge_time[(m.reached[i] + 1) % EDGES] + m.delay[i]
+        if due > until:
+            m.next_event_time = min(m.next_event_time, due)
             break
-        mean += (m.edge_value[edge % EDGES] - value) * min(1.0, (now + h - due) / h)
-        value = m.edge_value[edge % EDGES]
+        m.reached[i] += 1
+        if h > 0.0:
+            share = max(0.0, min(1.0, (t + h - due) / h))
+            mean += share * (m.edge_value[m.reached[i] % EDGES] - value)
+        value = m.edge_value[m.reached[i] % EDGES]
     return mean

@@ -3,16 +3,21 @@
 pythonfmu's wrapper has no way to return an error but an exception, and after one it releases its references to the
 slave, the class and the log a second time when the instance is freed. `_refusing` therefore adds the missing
 references, so that the host can free a failed instance. It also doubles "%", which the wrapper hands to printf.
-Likewise, each instantiation releases a borrowed reference to the entry module's namespace; `keep` adds it.
+Likewise, each instantiation releases a borrowed reference to the entry module's namespace; `keep` adds it. And on
+Linux the wrapper releases its interpreter twice when the process ends, which now and then aborts the host with a
+corrupted heap; `_release_early` releases it before, so that there is nothing left to be released twice.
 """
 
 from __future__ import annotations
 
+import atexit
 import ctypes
 import functools
+import os
 import struct
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, ClassVar
 
 from pythonfmu.fmi2slave import Fmi2Slave
@@ -21,13 +26,26 @@ from shaper_fmu.component import Component, Variable
 from shaper_fmu.errors import ComponentError
 
 _INSTANTIATED, _INITIALIZING, _STEPPING, _TERMINATED = range(4)
-_LIFE = struct.Struct("<id")  # phase, start time
+_released: set[Path] = set()
+_LIFE = struct.Struct("<iid")  # phase, whether values were set since, time
 
 
 def keep(*objects: Any) -> None:
     """Add a reference to each object, to make up for one that the wrapper releases without owning it."""
     for value in objects:
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(value))
+
+
+def _release_early(library: Path) -> None:
+    """Have the wrapper let go of the interpreter while Python ends, before its own exit handlers do so twice."""
+    if sys.platform != "linux" or library in _released:
+        return
+    try:
+        wrapper = ctypes.CDLL(str(library), mode=os.RTLD_NOLOAD | os.RTLD_LAZY)
+        atexit.register(wrapper.finalizePythonInterpreter)
+    except (OSError, AttributeError):  # loaded from elsewhere, or another version of the wrapper
+        return
+    _released.add(library)
 
 
 class Refusal(Exception):
@@ -59,6 +77,7 @@ class ComponentSlave(Fmi2Slave):
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
         sys.path[:] = [entry for entry in sys.path if entry != kwargs.get("resources")]  # added again for each instance
+        _release_early(Path(str(kwargs.get("resources"))).parent / "binaries" / "linux64" / f"{type(self).__name__}.so")
         self.record = self.component()
         self.scalars: list[tuple[Variable, int]] = [
             (variable, index)
@@ -66,11 +85,11 @@ class ComponentSlave(Fmi2Slave):
             if variable.causality != "state"
             for index in range(variable.size or 1)
         ]
-        self.phase, self.start_time, self.stale = _INSTANTIATED, 0.0, True
+        self.phase, self.time, self.stale = _INSTANTIATED, 0.0, True
 
     @_refusing
     def setup_experiment(self, start_time: float, stop_time: float | None, tolerance: float | None) -> None:
-        self.start_time = start_time
+        self.time = start_time
 
     @_refusing
     def enter_initialization_mode(self) -> None:
@@ -86,6 +105,7 @@ class ComponentSlave(Fmi2Slave):
         if self.phase != _STEPPING:
             raise ComponentError(f"{type(self).__name__}: a step is possible only between initialization and termination")
         self.record.do_step(current_time, step_size)
+        self.time, self.stale = current_time + step_size, False
         return True
 
     @_refusing
@@ -93,9 +113,12 @@ class ComponentSlave(Fmi2Slave):
         self.phase = _TERMINATED
 
     def _refresh(self) -> None:
-        """While initializing, outputs follow the values set so far."""
-        if self.phase == _INITIALIZING and self.stale:
-            self.record.initialize(self.start_time)
+        """Outputs follow the values set so far: all of them while initializing, inputs without delay at a communication point."""
+        if self.stale and self.phase == _INITIALIZING:
+            self.record.initialize(self.time)
+            self.stale = False
+        elif self.stale and self.phase == _STEPPING:
+            self.record.do_step(self.time, 0.0)
             self.stale = False
 
     @_refusing
@@ -135,13 +158,13 @@ class ComponentSlave(Fmi2Slave):
 
     @_refusing
     def _get_fmu_state(self) -> bytes:
-        return _LIFE.pack(self.phase, self.start_time) + self.record.get_state()
+        return _LIFE.pack(self.phase, self.stale, self.time) + self.record.get_state()
 
     @_refusing
     def _set_fmu_state(self, state: bytes) -> None:
         self.record.set_state(state[_LIFE.size :])
-        self.phase, self.start_time = _LIFE.unpack_from(state)
-        self.stale = True
+        self.phase, stale, self.time = _LIFE.unpack_from(state)
+        self.stale = bool(stale)
 
     @staticmethod
     def _fmu_state_to_bytes(state: Any) -> bytes:

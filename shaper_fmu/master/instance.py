@@ -48,9 +48,12 @@ _callbacks = _make_callbacks()
 
 
 class Transfer:
-    """Variables of one instance that are set or got together, in a few calls: one for each FMI type."""
+    """Variables of one instance that are set or got together, in a few calls: one for each FMI type.
 
-    def __init__(self, slave: FMU2Slave, variables: Sequence[ModelVariable]):
+    `places` tells where each variable's value stands in the lists that `get` fills; by default in their order.
+    """
+
+    def __init__(self, slave: FMU2Slave, variables: Sequence[ModelVariable], places: Sequence[int] | None = None):
         self._slave = slave
         self._groups = []
         kinds = {
@@ -60,26 +63,30 @@ class Transfer:
             "Boolean": ("Boolean", c_int),
         }
         for fmi_type in ("Real", "Integer", "Boolean"):
-            places = [i for i, v in enumerate(variables) if kinds[str(v.type)][0] == fmi_type]
-            if places:
-                references = (c_uint * len(places))(*[variables[i].valueReference for i in places])
-                buffer = (kinds[fmi_type][1] * len(places))()
+            chosen = [i for i, v in enumerate(variables) if kinds[str(v.type)][0] == fmi_type]
+            if chosen:
+                references = (c_uint * len(chosen))(*[variables[i].valueReference for i in chosen])
+                buffer = (kinds[fmi_type][1] * len(chosen))()
                 calls = getattr(slave, f"fmi2Get{fmi_type}"), getattr(slave, f"fmi2Set{fmi_type}")
-                self._groups.append((*calls, references, buffer, places))
+                targets = chosen if places is None else [places[i] for i in chosen]
+                self._groups.append((*calls, references, buffer, chosen, targets))
 
-    def get(self, values: list[Any], offset: int) -> None:
-        """Put the variables' values into `values`, from `offset` on."""
-        for get, _, references, buffer, places in self._groups:
-            get(self._slave.component, references, len(places), buffer)
-            for place, value in zip(places, buffer, strict=True):
-                values[offset + place] = value
+    def __bool__(self) -> bool:
+        return bool(self._groups)
+
+    def get(self, values: list[Any]) -> None:
+        """Put the variables' values into their places in `values`."""
+        for get, _, references, buffer, _, targets in self._groups:
+            get(self._slave.component, references, len(targets), buffer)
+            for target, value in zip(targets, buffer, strict=True):
+                values[target] = value
 
     def set(self, values: Sequence[Any]) -> None:
-        """Set the variables to `values`."""
-        for _, set_, references, buffer, places in self._groups:
-            for i, place in enumerate(places):
+        """Set the variables to `values`, in the order in which the variables were given."""
+        for _, set_, references, buffer, chosen, _ in self._groups:
+            for i, place in enumerate(chosen):
                 buffer[i] = values[place]
-            set_(self._slave.component, references, len(places), buffer)
+            set_(self._slave.component, references, len(chosen), buffer)
 
 
 class Instance:
@@ -126,13 +133,13 @@ class Instance:
             f"{self.name}{when}: {error.function} failed{words or f' with status {error.status} and no message'}"
         )
 
-    def transfer(self, names: Sequence[str]) -> Transfer:
+    def transfer(self, names: Sequence[str], places: Sequence[int] | None = None) -> Transfer:
         """A transfer of these variables. Raises ModelError for a variable that is no number (a string)."""
         variables = [self.fmu.variables[name] for name in names]
         for variable in variables:
             if variable.type == "String":
                 raise ModelError([f"{self.name}.{variable.name} is a string; only numbers and booleans can be transferred"])
-        return Transfer(self.slave, variables)
+        return Transfer(self.slave, variables, places)
 
     def set_values(self, values: Mapping[str, float | int | bool], when: str = "") -> None:
         """Set variables by name."""
@@ -145,7 +152,7 @@ class Instance:
         """Values of variables by name."""
         values: list[Any] = [0.0] * len(names)
         try:
-            self.transfer(names).get(values, 0)
+            self.transfer(names).get(values)
         except FMICallException as error:
             raise self.failure(error, when) from None
         return values

@@ -106,8 +106,9 @@ class System:
         """The instances, sources before targets."""
 
         def feedthrough(port: Port) -> bool:
-            fmu = self.fmus[port[0]]
-            return any(port[1] in fmu.inputs_of(v.name) for v in fmu.variables.values() if v.causality == "output")
+            """Whether a connected output of the same instance follows this input without delay."""
+            used = [source[1] for source in self.connections.values() if source[0] == port[0]]
+            return any(port[1] in self.fmus[port[0]].inputs_of(output) for output in used)
 
         return instance_order(list(self.fmus), self.connections, feedthrough)
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import itertools
 import json
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import msgspec
 import numpy as np
 
 from shaper_fmu.errors import StudyError, nearest
+from shaper_fmu.master.algorithms import Algorithm
 
 
 class Vary(msgspec.Struct, forbid_unknown_fields=True):
@@ -60,7 +61,7 @@ class Study(msgspec.Struct, forbid_unknown_fields=True):
     vary: dict[str, Vary]
     compare: dict[str, dict[str, float | bool | str]]
     metrics: dict[str, Residual | Peak]
-    algorithm: Literal["jacobi", "gauss_seidel"] = "gauss_seidel"
+    algorithm: Algorithm = "jacobi"
     reference: str | None = None
     folder: str = ""
 

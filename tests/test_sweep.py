@@ -1,0 +1,187 @@
+"""Sweeps: the plan, the store, resuming, failures; the crane's robustness against the linear formula."""
+
+from __future__ import annotations
+
+import math
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from shaper_fmu.analysis.response import command_end, residual_amplitude
+from shaper_fmu.errors import ModelError, StudyError
+from shaper_fmu.ssp.archive import pack_ssp
+from shaper_fmu.sweep.engine import run_study
+from shaper_fmu.sweep.store import Run, Store
+from shaper_fmu.sweep.study import Study, read_study
+
+SYSTEMS = Path(__file__).parents[1] / "ssp"
+
+STUDY = """
+name = "small"
+system = "crane.ssp"
+stop_time = 24.0
+step = 0.02
+reference = "unshaped"
+
+[vary."crane.initial_rope_length"]
+nominal = 8.0
+low = 6.4
+high = 9.6
+points = 3
+
+[compare]
+unshaped = { "shaper.shaper" = "none", "profile.distance" = 0.01 }
+ZV = { "shaper.shaper" = "zv", "profile.distance" = 0.01 }
+ZVD = { "shaper.shaper" = "zvd", "profile.distance" = 0.01 }
+
+[metrics.residual_swing]
+kind = "residual"
+output = "crane.swing_angle"
+command = "shaper.shaped_mean"
+
+[metrics.peak_swing]
+kind = "peak"
+output = "crane.swing_angle"
+"""
+
+
+def study_in(folder: Path, fmus: Path, text: str = STUDY) -> Study:
+    pack_ssp(SYSTEMS / "overhead_crane", fmus, folder / "crane.ssp")
+    (folder / "study.toml").write_text(text)
+    return read_study(folder / "study.toml")
+
+
+def content(runs: list[Run]) -> list[tuple]:
+    return [(r.id, r.compared, tuple(r.varied.items()), r.status, tuple(r.metrics.items()), r.reason) for r in runs]
+
+
+@pytest.fixture(scope="module")
+def swept(fmus, tmp_path_factory) -> tuple[Study, list[Run]]:
+    folder = tmp_path_factory.mktemp("swept")
+    study = study_in(folder, fmus)
+    return study, run_study(study, folder / "s.sqlite")
+
+
+def linear_residual_ratio(order: int, ratio: float) -> float:
+    """Residual of an undamped oscillator by a ZV (1) or ZVD (2) shaped command over the unshaped one: |cos(pi r / 2)|^order.
+
+    Singer and Seering 1990; r is the ratio of the actual to the design frequency, and any command has the factor.
+    """
+    return abs(math.cos(math.pi * ratio / 2)) ** order
+
+
+def test_small_swings_have_the_formulas_robustness(swept):
+    """A move of 10 mm swings linearly; `shaped_mean` splits an edge over a step, an error of (w h)^2 / 16 < 4e-5."""
+    found = {(r.compared, r.varied["crane.initial_rope_length"]): r.metrics["residual_swing"] for r in swept[1]}
+    for length in (6.4, 8.0, 9.6):
+        for case, order in (("ZV", 1), ("ZVD", 2)):
+            expected = linear_residual_ratio(order, math.sqrt(8.0 / length))
+            assert found[case, length] / found["unshaped", length] == pytest.approx(expected, abs=2e-4)
+
+
+def test_the_plan_is_the_grid_of_all_cases(swept):
+    study, runs = swept
+    assert [r.id for r in runs] == list(range(9))
+    assert [(r.compared, r.varied["crane.initial_rope_length"]) for r in runs] == [
+        (case, length) for case in ("unshaped", "ZV", "ZVD") for length in (6.4, 8.0, 9.6)
+    ]
+    assert study.vary["crane.initial_rope_length"].grid() == [6.4, 8.0, 9.6]
+    assert all(r.metrics["peak_swing"] >= r.metrics["residual_swing"] > 0.0 for r in runs)
+
+
+def test_an_interrupted_sweep_resumes_to_the_same_content(swept, fmus, tmp_path):
+    study = study_in(tmp_path, fmus)
+    seen: list[int] = []
+
+    def interrupt(done: int, total: int) -> None:
+        seen.append(done)
+        if len(seen) in (3, 7):
+            raise KeyboardInterrupt
+
+    for _ in range(2):
+        with pytest.raises(KeyboardInterrupt):
+            run_study(study, tmp_path / "s.sqlite", interrupt)
+    with Store(tmp_path / "s.sqlite") as store:
+        assert store.counts() == {"done": 5, "planned": 4}
+    assert content(run_study(study, tmp_path / "s.sqlite", interrupt)) == content(swept[1])
+    assert seen == [0, 1, 2, 2, 3, 4, 5, 5, 6, 7, 8, 9]
+    again: list[int] = []
+    run_study(study, tmp_path / "s.sqlite", lambda done, total: again.append(done))
+    assert again == [9]  # nothing is run twice
+
+
+def test_a_run_that_fails_is_a_row_and_the_others_complete(swept, fmus, tmp_path):
+    text = STUDY.replace('ZV = { "shaper.shaper" = "zv"', 'ZV = { "crane.hoist_speed" = 0.35, "shaper.shaper" = "zv"')
+    runs = run_study(study_in(tmp_path, fmus, text), tmp_path / "s.sqlite")
+    failed = [r for r in runs if r.status == "failed"]
+    # hoisting 0.35 m/s for 24 s takes 8.4 m: too much for 6.4 and 8 m of rope, not for 9.6 m
+    assert [(r.compared, r.varied["crane.initial_rope_length"]) for r in failed] == [("ZV", 6.4), ("ZV", 8.0)]
+    assert all("crane at t = " in (r.reason or "") and "leaves no rope" in (r.reason or "") for r in failed)
+    expected = [c for c in content(swept[1]) if c[1] != "ZV"]
+    assert [c for c in content(runs) if c[1] != "ZV"] == expected
+
+
+def test_a_store_is_not_mixed_with_another_study_or_other_fmus(fmus, tmp_path):
+    study = study_in(tmp_path, fmus)
+    with Store(tmp_path / "s.sqlite", study, {"fmus": {"crane": "1"}}) as store:
+        assert store.study() == study
+        assert store.provenance() == {"fmus": {"crane": "1"}}
+    other = study_in(tmp_path, fmus, STUDY.replace("step = 0.02", "step = 0.01"))
+    with pytest.raises(StudyError, match="holds runs of another study"):
+        Store(tmp_path / "s.sqlite", other, {"fmus": {"crane": "1"}})
+    with pytest.raises(StudyError, match="holds runs of other FMUs"):
+        Store(tmp_path / "s.sqlite", study, {"fmus": {"crane": "2"}})
+
+
+def test_what_is_no_store_is_refused(tmp_path):
+    (tmp_path / "text.sqlite").write_text("no database, " * 100)
+    with pytest.raises(StudyError, match="not a sweep's store"):
+        Store(tmp_path / "text.sqlite")
+    with pytest.raises(StudyError, match="no such store"):
+        Store(tmp_path / "none.sqlite")
+    sqlite3.connect(tmp_path / "empty.sqlite").close()
+    with pytest.raises(StudyError, match="holds no study"):
+        Store(tmp_path / "empty.sqlite")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("stop_time = 24.0", "", "missing required field `stop_time`"),
+        ("points = 3", "pionts = 3", "unknown field `pionts`"),
+        ("points = 3", "points = 1", "at least 2 points"),
+        ("step = 0.02", 'step = "small"', "Expected `float`, got `str`"),
+        ('kind = "peak"', 'kind = "pique"', "Invalid value 'pique'"),
+        ('reference = "unshaped"', 'reference = "unshapd"', r"'unshapd' is not one of \[compare\]. Did you mean 'unshaped'\?"),
+        ("name =", "name", "study.toml: "),
+    ],
+)
+def test_wrong_studies_are_refused(fmus, tmp_path, old, new, words):
+    with pytest.raises(StudyError, match=words):
+        study_in(tmp_path, fmus, STUDY.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('output = "crane.swing_angle"', 'output = "crane.swing_angel"', "Did you mean 'swing_angle'?"),
+        ('"crane.initial_rope_length"', '"crane.inital_rope_length"', "Did you mean 'initial_rope_length'?"),
+        ('"shaper.shaper" = "zv"', '"shaper.shaper" = "zw"', "'zw' is no shaper"),
+    ],
+)
+def test_names_that_the_system_does_not_have_are_refused_before_the_first_run(fmus, tmp_path, old, new, words):
+    study = study_in(tmp_path, fmus, STUDY.replace(old, new, 1))
+    with pytest.raises(ModelError, match=words.replace("?", r"\?")):
+        run_study(study, tmp_path / "s.sqlite")
+    assert not (tmp_path / "s.sqlite").exists()
+
+
+def test_residual_amplitude_of_a_known_response():
+    time = np.linspace(0.0, 10.0, 10001)
+    response = np.where(time < 4.0, 5.0, 1.0 + 0.3 * np.sin(7.0 * time))
+    command = np.where(time < 4.0, 0.0, 2.0)
+    assert command_end(time, command) == pytest.approx(4.0, abs=1e-12)
+    assert residual_amplitude(time, response, 4.0) == pytest.approx(0.3, rel=(7.0 * 0.001) ** 2 / 8)
+    assert command_end(time, np.ones(10001)) == 0.0
