@@ -23,7 +23,7 @@ app = typer.Typer(
     help="Command shaping for flexible machines: build FMUs, run and sweep systems of FMUs, report.",
     epilog="Exit codes: 0 done, 1 the work found problems, 2 wrong usage.",
 )
-out = Console(highlight=False, soft_wrap=True)
+out = Console(highlight=False, soft_wrap=True, width=None if sys.stdout.isatty() else 160)
 err = Console(stderr=True, highlight=False, soft_wrap=True)
 
 

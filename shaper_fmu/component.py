@@ -151,6 +151,7 @@ class Component:
     messages: ClassVar[dict[int, str]] = {}
     default_stop_time: ClassVar[float] = 10.0
     default_step_size: ClassVar[float] = 0.01
+    _real_results: ClassVar[list[Variable]]
     _layout: ClassVar[struct.Struct]
     _digest: ClassVar[bytes]
 
@@ -163,6 +164,8 @@ class Component:
         cls.variables = {**cls.variables, **own}
         for base in cls.__mro__[1:]:
             cls.messages = {**getattr(base, "messages", {}), **cls.messages}
+        results = [v for v in cls.variables.values() if v.causality in ("output", "calculatedParameter")]
+        cls._real_results = [v for v in results if v.kind is float]
         fields = [(v.name, v.code, v.size) for v in cls.variables.values()]
         cls._layout = struct.Struct("<" + "".join(f"{v.size or 1}{v.code}" for v in cls.variables.values()))
         cls._digest = hashlib.sha256(repr((cls.__name__, fields)).encode()).digest()[:8]
@@ -245,11 +248,11 @@ class Component:
             raise ComponentError(f"{type(self).__name__}: {error} at t = {time:.15g} s") from error
         if status:
             raise ComponentError(f"{type(self).__name__}: {self.explain(status)} (t = {time:.15g} s)")
-        for variable in self.variables.values():
-            if variable.causality in ("output", "calculatedParameter") and variable.kind is float:
-                for label, value in zip(variable.scalar_names, self._elements(variable), strict=True):
-                    if not math.isfinite(value):
-                        raise ComponentError(f"{type(self).__name__}: {label} became {value} at t = {time:.15g} s")
+        for variable in self._real_results:
+            if not all(map(math.isfinite, self._elements(variable))):
+                found = zip(variable.scalar_names, self._elements(variable), strict=True)
+                label, value = next(pair for pair in found if not math.isfinite(pair[1]))
+                raise ComponentError(f"{type(self).__name__}: {label} became {value} at t = {time:.15g} s")
 
     def explain(self, status: int) -> str:
         """The text of a kernel's status number, with the values of the variables it names."""

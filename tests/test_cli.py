@@ -8,7 +8,6 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-
 from conftest import GAIN
 
 SYSTEMS = Path(__file__).parents[1] / "ssp"
@@ -48,7 +47,8 @@ def test_help_names_every_command(tmp_path):
 
 
 def test_run_prints_writes_and_reports(workshop):
-    done = command("run", "crane.ssp", "--stop-time", "3", "--set", "crane.initial_rope_length=5", "--output", "r.csv", "--report", "r.html", cwd=workshop)
+    options = ["--stop-time", "3", "--set", "crane.initial_rope_length=5", "--output", "r.csv", "--report", "r.html"]
+    done = command("run", "crane.ssp", *options, cwd=workshop)
     assert done.returncode == 0, done.stderr
     assert "crane.load_position" in done.stdout
     header, *rows = (workshop / "r.csv").read_text().splitlines()
@@ -75,8 +75,9 @@ class Resources(HTMLParser):
 def test_sweep_resumes_and_reports(workshop):
     study = (SYSTEMS / "overhead_crane" / "study.toml").read_text()
     (workshop / "short").mkdir()
-    text = study.replace("../overhead_crane.ssp", "../crane.ssp").replace("step = 0.01", "step = 0.05").replace("points = 13", "points = 2")
-    (workshop / "short" / "study.toml").write_text(text)
+    for old, new in (("../overhead_crane.ssp", "../crane.ssp"), ("step = 0.01", "step = 0.05"), ("points = 13", "points = 2")):
+        study = study.replace(old, new)
+    (workshop / "short" / "study.toml").write_text(study)
     first = command("sweep", "short/study.toml", "--store", "s.sqlite", cwd=workshop)
     assert first.returncode == 0, first.stderr
     assert "9 of 9 runs done, in s.sqlite" in first.stdout

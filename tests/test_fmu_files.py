@@ -7,10 +7,10 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from conftest import gain_component
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-from conftest import gain_component
 from shaper_fmu.errors import BuildError
 from shaper_fmu.export.model_description import dependencies
 from shaper_fmu.export.pythonfmu_backend import build_fmu
@@ -40,13 +40,13 @@ def test_the_description_says_everything_that_is_declared(name, fmus):
             assert (found.unit or "") == variable.unit
             assert (found.displayUnit or "") == variable.display_unit
             if variable.causality in ("parameter", "input"):
-                assert float({"true": 1, "false": 0}.get(str(found.start), found.start)) == float(start)
+                assert float({"true": "1", "false": "0"}.get(str(found.start), str(found.start))) == float(start)
             else:
                 assert found.start is None
             for bound in ("min", "max"):
                 expected = getattr(variable, bound)
                 assert (getattr(found, bound) is None) == (expected is None)
-                assert expected is None or float(getattr(found, bound)) == expected
+                assert expected is None or float(str(getattr(found, bound))) == expected
 
 
 @every_component
@@ -108,7 +108,7 @@ def test_the_documentation_page_names_every_variable(name, fmus):
     with zipfile.ZipFile(fmus / f"{name}.fmu") as archive:
         page = etree.HTML(archive.read("documentation/index.html").decode())
         assert {"documentation/licenses/shaper-fmu.txt", "documentation/licenses/pythonfmu.txt"} <= set(archive.namelist())
-    shown = [element.text for element in page.iter("code")]
+    shown = [str(element.text) for element in page.iter("code")]
     assert sorted(shown) == sorted(v.name for v in components()[name].variables.values() if v.causality != "state")
 
 

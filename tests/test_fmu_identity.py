@@ -7,8 +7,8 @@ import subprocess
 import sys
 
 import pytest
-
 from conftest import gain_component
+
 from shaper_fmu.component import Component
 from shaper_fmu.export.pythonfmu_backend import build_fmu
 from shaper_fmu.master.fmu import load_fmu

@@ -59,7 +59,9 @@ def test_two_part_is_two_halves_in_series():
 
 
 # Taskin, Kilic and Kapucu 2019: shape of the reference for L = 1, as (height of the maximum, its place, the minimum after it)
-@pytest.mark.parametrize(("duration", "top", "place", "bottom"), [(0.1374496, 0.8281, 0.323, 0.3228), (0.1222, 0.9921, 0.306, 0.1665)])
+@pytest.mark.parametrize(
+    ("duration", "top", "place", "bottom"), [(0.1374496, 0.8281, 0.323, 0.3228), (0.1222, 0.9921, 0.306, 0.1665)]
+)
 def test_short_profiles_are_not_monotone_as_the_paper_shows(duration, top, place, bottom):
     s = np.linspace(0.0, duration, 4001)[1:-1]
     position, _, _ = profile_at(s, profile="cycloid_versine_ramp", distance=1.0, duration=duration, start_time=0.0)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import textwrap
 
 import pytest
-
 from conftest import gain_component
+
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.registry import components, find_component, load_components
 
@@ -63,7 +63,11 @@ def test_a_users_file_gives_its_components(tmp_path):
 
 @pytest.mark.parametrize(
     ("content", "words"),
-    [("x = 1\n", "no subclass of shaper_fmu.Component"), ("import nowhere_at_all\n", "ModuleNotFoundError"), ("def :\n", "SyntaxError")],
+    [
+        ("x = 1\n", "no subclass of shaper_fmu.Component"),
+        ("import nowhere_at_all\n", "ModuleNotFoundError"),
+        ("def :\n", "SyntaxError"),
+    ],
 )
 def test_a_file_without_components_is_refused(tmp_path, content, words):
     (tmp_path / "wrong.py").write_text(content)

@@ -51,7 +51,9 @@ def test_amplitudes_and_times_are_the_closed_form(kind, order, zeta):
     w = 22.9476
     amplitude, delay = impulses(designed(shaper=kind, natural_frequency=[w], damping_ratio=[zeta]))
     k = math.exp(-zeta * math.pi / math.sqrt(1 - zeta**2))
-    assert amplitude == pytest.approx([math.comb(order, i) * k**i / (1 + k) ** order for i in range(order + 1)], rel=1e-14, abs=1e-15)
+    assert amplitude == pytest.approx(
+        [math.comb(order, i) * k**i / (1 + k) ** order for i in range(order + 1)], rel=1e-14, abs=1e-15
+    )
     assert delay == pytest.approx([i * math.pi / (w * math.sqrt(1 - zeta**2)) for i in range(order + 1)], rel=1e-15)
 
 

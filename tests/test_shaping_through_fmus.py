@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -81,7 +82,8 @@ def cycloid_versine_ramp_residual(fmus, duration: float, steps: int) -> float:
     """V after the profile of Taskin, Kilic and Kapucu 2019 at its design frequency, held over `steps` communication steps."""
     step = duration / steps
     system = System()
-    system.add("profile", fmus / "MotionProfile.fmu", profile="cycloid_versine_ramp", duration=duration, natural_frequency=W, damping_ratio=ZETA)
+    profile = {"profile": "cycloid_versine_ramp", "duration": duration, "natural_frequency": W, "damping_ratio": ZETA}
+    system.add("profile", fmus / "MotionProfile.fmu", profile)
     system.add("shaper", fmus / "InputShaper.fmu", shaper="none")
     system.add("plant", fmus / "MassSpringDamper.fmu", stiffness=W * W, damping=2 * ZETA * W)
     system.connect("profile.position", "shaper.command")
@@ -96,7 +98,7 @@ def cycloid_versine_ramp_residual(fmus, duration: float, steps: int) -> float:
 def test_cycloid_versine_ramp_leaves_nothing_in_the_limit_of_small_steps(fmus, duration, record_property):
     """Holding y over steps of h delays it by h/2, which leaves no residual, and errs by O(h^2): order 2 to zero."""
     residuals = [cycloid_versine_ramp_residual(fmus, duration, steps) for steps in (50, 100, 200, 400)]
-    orders = [math.log2(a / b) for a, b in zip(residuals, residuals[1:], strict=False)]
+    orders = [math.log2(a / b) for a, b in pairwise(residuals)]
     record_property("residuals", residuals)
     record_property("orders", orders)
     print(f"\nduration {duration} s: V = {residuals}, observed orders {orders}")

@@ -70,8 +70,18 @@ SSD = "SystemStructure.ssd"
     [
         (SSD, 'endConnector="command"', 'endConnector="comand"', r"line 36: shaper.comand: .*Did you mean 'command'\?"),
         (SSD, 'startElement="profile"', 'startElement="prfile"', r"line 36: .*no instance 'prfile'. Did you mean 'profile'\?"),
-        (SSD, 'name="acceleration" kind="output"', 'name="accel" kind="output"', "connector profile.accel of kind 'output' is not such"),
-        (SSD, 'name="command" kind="input"', 'name="command" kind="output"', "connector shaper.command of kind 'output' is not such"),
+        (
+            SSD,
+            'name="acceleration" kind="output"',
+            'name="accel" kind="output"',
+            "connector profile.accel of kind 'output' is not such",
+        ),
+        (
+            SSD,
+            'name="command" kind="input"',
+            'name="command" kind="output"',
+            "connector shaper.command of kind 'output' is not such",
+        ),
         (SSD, "resources/MotionProfile.fmu", "resources/Motion.fmu", "component 'profile': resources/Motion.fmu is missing"),
         (SSD, "resources/crane.ssv", "resources/none.ssv", "resources/none.ssv is missing in the archive"),
         (SSD, 'version="1.0" name=', 'version="2.0" name=', "not an SSP 1.0 system structure"),
@@ -79,7 +89,12 @@ SSD = "SystemStructure.ssd"
         (SSD, ' startConnector="acceleration"', "", "line 36: Connection has no startConnector"),
         (SSD, "<ssd:Elements>", "<ssd:Elements><ssd:System name='inner'/>", "nested systems are not supported yet"),
         (SSD, "<ssd:Elements>", "<ssd:ParameterBindings/><ssd:Elements>", "parameter bindings of the system are not supported yet"),
-        (SSD, '<ssd:ParameterBinding source="resources/crane', '<ssd:ParameterBinding prefix="p." source="resources/crane', "prefixes are not"),
+        (
+            SSD,
+            '<ssd:ParameterBinding source="resources/crane',
+            '<ssd:ParameterBinding prefix="p." source="resources/crane',
+            "prefixes are not",
+        ),
         ("resources/crane.ssv", "initial_rope_length", "rope_lenght", r"crane: .*'rope_lenght'. Did you mean"),
         ("resources/crane.ssv", 'value="8"', 'value="eight"', "initial_rope_length = 'eight' is not of type Real"),
         ("resources/crane.ssv", 'value="8"', 'value="8" unit="mm"', "initial_rope_length is given in mm, but the FMU's unit is m"),
@@ -96,7 +111,11 @@ def test_wrong_systems_are_refused_in_words(crane_files, tmp_path, file, old, ne
     ("old", "new", "words"),
     [
         ("</ssd:System>", "</ssd:Sistem>", "not well-formed"),
-        ("<ssd:SystemStructureDescription", "<!DOCTYPE x [<!ENTITY e SYSTEM 'file:///etc/passwd'>]><ssd:SystemStructureDescription", "document type"),
+        (
+            "<ssd:SystemStructureDescription",
+            "<!DOCTYPE x [<!ENTITY e SYSTEM 'file:///etc/passwd'>]><ssd:SystemStructureDescription",
+            "document type",
+        ),
     ],
 )
 def test_hostile_or_damaged_xml_is_refused(crane_files, tmp_path, old, new, words):

@@ -21,7 +21,7 @@ from typing import Any, Literal
 from fmpy.fmi1 import FMICallException
 
 from shaper_fmu.errors import SimulationError
-from shaper_fmu.master.instance import Instance, Transfer
+from shaper_fmu.master.instance import Instance, Moment, Transfer, moment
 from shaper_fmu.master.signals import Signal
 from shaper_fmu.master.system import System
 from shaper_fmu.master.wiring import Port
@@ -39,13 +39,13 @@ class Exchange:
     inputs: Transfer
     followers: Transfer | None
 
-    def feed(self, t: float, bus: list[Any], when: str) -> None:
+    def feed(self, t: float, bus: list[Any], at: Moment) -> None:
         """Set the inputs to the values of time t."""
         values = [bus[source] if isinstance(source, int) else source(t) for source in self.sources]
-        for name, value in zip(self.names, values, strict=True):
-            if not math.isfinite(value):
-                raise SimulationError(f"{self.instance.name}{when}: the value for input {name} is {value}")
-        _checked(self.instance, when, self.inputs.set, values)
+        if not all(map(math.isfinite, values)):
+            name, value = next(pair for pair in zip(self.names, values, strict=True) if not math.isfinite(pair[1]))
+            raise SimulationError(f"{self.instance.name}{moment(at)}: the value for input {name} is {value}")
+        _checked(self.instance, at, self.inputs.set, values)
 
 
 class Loop:
@@ -65,17 +65,17 @@ class Loop:
         """The recorded variables' values."""
         return [self.bus[place] for place in self._recorded]
 
-    def read(self, when: str) -> None:
+    def read(self, at: Moment) -> None:
         """Bring the outputs of all instances to the bus."""
         for name, transfer in self.outputs.items():
-            _checked(self._instances[name], when, transfer.get, self.bus)
+            _checked(self._instances[name], at, transfer.get, self.bus)
 
-    def exchange(self, t: float, when: str) -> None:
+    def exchange(self, t: float, at: Moment = None) -> None:
         """Set all inputs to the values of time t, reading again what follows them without delay."""
         for exchange in self.exchanges:
-            exchange.feed(t, self.bus, when)
+            exchange.feed(t, self.bus, t if at is None else at)
             if exchange.followers is not None:
-                _checked(exchange.instance, when, exchange.followers.get, self.bus)
+                _checked(exchange.instance, t if at is None else at, exchange.followers.get, self.bus)
 
     def _inputs_of(self, name: str) -> list[str]:
         fed = [*self._system.signals, *self._system.connections]
@@ -92,7 +92,8 @@ class Loop:
 
         def follows(port: Port) -> bool:
             causality = instance.fmu.variables[port[1]].causality
-            return causality == "output" and not affected.isdisjoint(instance.fmu.inputs_of(port[1])) or port[1] in affected
+            followed = causality == "output" and not affected.isdisjoint(instance.fmu.inputs_of(port[1]))
+            return followed or port[1] in affected
 
         followers = self._reading(name, follows)
         return Exchange(instance, list(inputs), sources, instance.transfer(inputs), followers if followers else None)
@@ -107,39 +108,35 @@ class Loop:
         return [self._exchange(name, inputs) for name, inputs in grouped]
 
 
-def _checked(instance: Instance, when: str, function: Callable[..., None], *arguments: Any) -> None:
+def _checked(instance: Instance, at: Moment, function: Callable[..., None], *arguments: Any) -> None:
     try:
         function(*arguments)
     except FMICallException as error:
-        raise instance.failure(error, when) from None
-
-
-def _at(t: float) -> str:
-    return f" at t = {t:.15g} s"
+        raise instance.failure(error, at) from None
 
 
 def _step_all(loop: Loop, t: float, h: float) -> None:
     for exchange in loop.whole.values():
-        exchange.instance.call("doStep", t, h, when=_at(t))
-    loop.read(_at(t + h))
+        exchange.instance.step(t, h)
+    loop.read(t + h)
 
 
 def _jacobi(loop: Loop, t: float, h: float) -> None:
     _step_all(loop, t, h)
-    loop.exchange(t + h, _at(t + h))
+    loop.exchange(t + h)
 
 
 def _parallel(loop: Loop, t: float, h: float) -> None:
     for exchange in loop.whole.values():
-        exchange.feed(t, loop.bus, _at(t))
+        exchange.feed(t, loop.bus, t)
     _step_all(loop, t, h)
 
 
 def _gauss_seidel(loop: Loop, t: float, h: float) -> None:
     for name, exchange in loop.whole.items():
-        exchange.feed(t, loop.bus, _at(t))
-        exchange.instance.call("doStep", t, h, when=_at(t))
-        _checked(exchange.instance, _at(t + h), loop.outputs[name].get, loop.bus)
+        exchange.feed(t, loop.bus, t)
+        exchange.instance.step(t, h)
+        _checked(exchange.instance, t + h, loop.outputs[name].get, loop.bus)
 
 
 ALGORITHMS: dict[str, Callable[[Loop, float, float], None]] = {

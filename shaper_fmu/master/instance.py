@@ -22,6 +22,15 @@ from fmpy.model_description import ModelVariable
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.fmu import Fmu
 
+Moment = float | str | None
+"""When something happens, for messages: a time [s], or a word such as "initialization"."""
+
+
+def moment(at: Moment) -> str:
+    """The moment as part of a message."""
+    return "" if at is None else f" at {at}" if isinstance(at, str) else f" at t = {at:.15g} s"
+
+
 _logs: dict[int, deque[str]] = {}
 """Log messages by the instance's number, which is its component environment."""
 
@@ -117,20 +126,27 @@ class Instance:
     def _words(self, error: Exception) -> str:
         return "; ".join(line for line in [str(error), *self.log] if line)
 
-    def call(self, function: str, *arguments: Any, when: str = "") -> None:
-        """Call a method of fmpy's slave, such as "doStep"."""
+    def call(self, function: str, *arguments: Any, at: Moment = None) -> None:
+        """Call a method of fmpy's slave, such as "reset"."""
         try:
             getattr(self.slave, function)(*arguments)
         except FMICallException as error:
-            raise self.failure(error, when) from None
+            raise self.failure(error, at) from None
 
-    def failure(self, error: FMICallException, when: str = "") -> SimulationError:
+    def step(self, t: float, h: float) -> None:
+        """Step from t to t + h [s]."""
+        try:
+            self.slave.fmi2DoStep(self.slave.component, t, h, 1)
+        except FMICallException as error:
+            raise self.failure(error, t) from None
+
+    def failure(self, error: FMICallException, at: Moment = None) -> SimulationError:
         """The error to raise for a failed call; a fatal one leaves the instance unusable."""
         self.usable = self.usable and error.status < 4
         said = [text.removeprefix("Fatal py exception encountered: ").split("PyObject_CallMethod\n")[-1] for text in self.log]
         words = f": {'; '.join(said[-3:])}" if said else ""
         return SimulationError(
-            f"{self.name}{when}: {error.function} failed{words or f' with status {error.status} and no message'}"
+            f"{self.name}{moment(at)}: {error.function} failed{words or f' with status {error.status} and no message'}"
         )
 
     def transfer(self, names: Sequence[str], places: Sequence[int] | None = None) -> Transfer:
@@ -141,20 +157,20 @@ class Instance:
                 raise ModelError([f"{self.name}.{variable.name} is a string; only numbers and booleans can be transferred"])
         return Transfer(self.slave, variables, places)
 
-    def set_values(self, values: Mapping[str, float | int | bool], when: str = "") -> None:
+    def set_values(self, values: Mapping[str, float | int | bool]) -> None:
         """Set variables by name."""
         try:
             self.transfer(list(values)).set(list(values.values()))
         except FMICallException as error:
-            raise self.failure(error, when) from None
+            raise self.failure(error) from None
 
-    def get_values(self, names: Sequence[str], when: str = "") -> list[Any]:
+    def get_values(self, names: Sequence[str]) -> list[Any]:
         """Values of variables by name."""
         values: list[Any] = [0.0] * len(names)
         try:
             self.transfer(names).get(values)
         except FMICallException as error:
-            raise self.failure(error, when) from None
+            raise self.failure(error) from None
         return values
 
     def close(self) -> None:

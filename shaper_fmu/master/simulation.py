@@ -119,12 +119,11 @@ class Simulation:
             instance.call("setupExperiment", None, start_time, stop_time)
             instance.set_values({**self.system.start_values[name], **extra[name]})
             instance.call("enterInitializationMode")
-        when = " at initialization"
-        self._loop.read(when)
-        self._loop.exchange(start_time, when)
+        self._loop.read("initialization")
+        self._loop.exchange(start_time, "initialization")
         for instance in self.instances.values():
-            instance.call("exitInitializationMode", when=when)
-        self._loop.read(when)
+            instance.call("exitInitializationMode", at="initialization")
+        self._loop.read("initialization")
 
     def _results(self, time: np.ndarray, record: np.ndarray) -> Results:
         names = [".".join(port) for port in self._recorded]
