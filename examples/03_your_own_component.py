@@ -4,13 +4,14 @@ Leaves results/03_your_own_component.png.
 """
 
 from pathlib import Path
+from typing import Any
 
 from shaper_fmu import System, build_fmu
 from shaper_fmu.registry import load_components
 from shaper_fmu.report.figures import Figure, Line
 from shaper_fmu.report.pictures import write_picture
 
-tank = load_components(Path(__file__).with_name("my_plant.py"))[0]
+tank: Any = load_components(Path(__file__).with_name("my_plant.py"))[0]
 fmu = build_fmu(tank, "fmus")
 print(f"{fmu}: {fmu.stat().st_size} bytes")
 
@@ -23,7 +24,7 @@ plain = tank(area=0.4, inflow=0.05)  # the same object that runs inside the FMU
 plain.initialize()
 for i in range(20):
     plain.do_step(0.5 * i, 0.5)
-print(f"level at 10 s: {results['tank.level'][20]:.15f} m by the FMU, {vars(plain)['level']:.15f} m by the object")
+print(f"level at 10 s: {results['tank.level'][20]:.15f} m by the FMU, {plain.level:.15f} m by the object")
 
 line = Line("level", results.time, results["tank.level"])
 figure = Figure("tank", "A tank, as an FMU of one's own", "time [s]", "level [m]", [line])
