@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from conftest import gain_component
+from fmpy.fmi1 import FMICallException
 
 from shaper_fmu.errors import ArchiveError, ModelError, SimulationError
 from shaper_fmu.export.pythonfmu_backend import build_fmu
@@ -89,6 +90,24 @@ def test_a_fixed_parameter_cannot_be_set_while_running(fmus):
         instance.call(call)
     with pytest.raises(SimulationError, match="mass is fixed"):
         instance.set_values({"mass": 2.0})
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda slave, vr: slave.setReal([vr["modes"]], [1.5]), "modes is not of type Real"),
+        (lambda slave, vr: slave.setInteger([vr["command"]], [1]), "command is not of type Integer"),
+        (lambda slave, vr: slave.getBoolean([vr["shaped"]]), "shaped is not of type Boolean"),
+        (lambda slave, vr: slave.getReal([4711]), "no variable with the value reference 4711"),
+        (lambda slave, vr: slave.doStep(0.0, 0.1), "a step is possible only between initialization and termination"),
+    ],
+)
+def test_wrong_calls_are_refused_in_words(fmus, call, words):
+    fmu = load_fmu(fmus / "InputShaper.fmu")
+    instance = Instance("shaper", fmu)
+    with pytest.raises(FMICallException):
+        call(instance.slave, {v.name: v.valueReference for v in fmu.variables.values()})
+    assert words in instance.log[-1]
 
 
 HOST = """

@@ -26,6 +26,7 @@ from shaper_fmu.component import Component, Variable
 from shaper_fmu.errors import ComponentError
 
 _INSTANTIATED, _INITIALIZING, _STEPPING, _TERMINATED = range(4)
+_FMI_TYPES: dict[type, str] = {float: "Real", bool: "Boolean"}  # all others are integers
 _released: set[Path] = set()
 _LIFE = struct.Struct("<iid")  # phase, whether values were set since, time
 
@@ -122,23 +123,41 @@ class ComponentSlave(Fmi2Slave):
             self.stale = False
 
     @_refusing
-    def get_real(self, vrs: list[int]) -> list[Any]:
+    def get_real(self, vrs: list[int]) -> list[float]:
+        return self._get("Real", vrs)
+
+    @_refusing
+    def get_integer(self, vrs: list[int]) -> list[int]:
+        return self._get("Integer", vrs)
+
+    @_refusing
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        return self._get("Boolean", vrs)
+
+    @_refusing
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        self._set("Real", vrs, values)
+
+    @_refusing
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
+        self._set("Integer", vrs, values)
+
+    @_refusing
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        self._set("Boolean", vrs, values)
+
+    def _get(self, fmi_type: str, vrs: list[int]) -> list[Any]:
         self._refresh()
-        record = self.record
         values = []
         for vr in vrs:
-            variable, index = self.scalars[vr]
-            value = getattr(record, variable.name)
+            variable, index = self._scalar(vr, fmi_type)
+            value = getattr(self.record, variable.name)
             values.append(value if variable.size is None else value[index])
         return values
 
-    get_integer = get_real
-    get_boolean = get_real
-
-    @_refusing
-    def set_real(self, vrs: list[int], values: list[Any]) -> None:
+    def _set(self, fmi_type: str, vrs: list[int], values: list[Any]) -> None:
         for vr, value in zip(vrs, values, strict=True):
-            variable, index = self.scalars[vr]
+            variable, index = self._scalar(vr, fmi_type)
             self._check_settable(variable, index)
             if variable.size is None:
                 setattr(self.record, variable.name, value)
@@ -146,8 +165,13 @@ class ComponentSlave(Fmi2Slave):
                 getattr(self.record, variable.name)[index] = value
         self.stale = True
 
-    set_integer = set_real
-    set_boolean = set_real
+    def _scalar(self, vr: int, fmi_type: str) -> tuple[Variable, int]:
+        if not 0 <= vr < len(self.scalars):
+            raise ComponentError(f"{type(self).__name__}: there is no variable with the value reference {vr}")
+        variable, index = self.scalars[vr]
+        if _FMI_TYPES.get(variable.kind, "Integer") != fmi_type:
+            raise ComponentError(f"{type(self).__name__}: {variable.scalar_names[index]} is not of type {fmi_type}")
+        return variable, index
 
     def _check_settable(self, variable: Variable, index: int) -> None:
         name = f"{type(self).__name__}: {variable.scalar_names[index]}"
