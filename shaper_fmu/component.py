@@ -258,7 +258,9 @@ class Component:
         """The text of a kernel's status number, with the values of the variables it names."""
 
         def shown(match: re.Match[str]) -> str:
-            value = getattr(self, match[1])
+            value, variable = getattr(self, match[1]), self.variables[match[1]]
+            if issubclass(variable.kind, enum.IntEnum):
+                return variable.kind(value).name
             return f"{value:.9g}" if isinstance(value, float) else str(value)
 
         return re.sub(r"\{(\w+)\}", shown, self.messages.get(status, f"failed with status {status}"))

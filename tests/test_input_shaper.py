@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from shaper_fmu.commands.input_shaper import EDGES, InputShaper
 from shaper_fmu.component import NO_EVENT
+from shaper_fmu.errors import ComponentError
 
 command_rows = st.lists(st.tuples(st.integers(1, 40), st.floats(-10, 10, width=32)), min_size=1, max_size=8)
 
@@ -151,3 +152,68 @@ def test_history_is_bounded_but_never_ends():
     shaper.do_step(0.001 * 3 * EDGES, 1.0)
     assert shaper.shaped == shaper.command
     assert shaper.newest < 2 * EDGES
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    st.lists(st.tuples(st.floats(0.0, 3.0), st.floats(2.0, 12.0), st.floats(0.0, 0.3)), min_size=1, max_size=5),
+    st.sampled_from([0.013, 0.05, 0.2]),
+)
+def test_a_change_of_frequency_does_not_jump_and_leaves_no_error(changes, step):
+    """The command jumps at the start and at 1.5 s; frequency and damping change at random times in between."""
+    shaper = ready()
+    pending = sorted(changes)
+    i, before = 0, 0.0
+    while i * step < 12.0:
+        t = i * step
+        shaper.command = 1.0 if t < 1.5 else -0.7
+        if pending and t >= pending[0][0]:
+            _, w, zeta = pending.pop(0)
+            shaper.natural_frequency[0], shaper.damping_ratio[0] = w, zeta
+            held = shaper.shaped
+            kept = shaper.command
+            shaper.command = shaper.edge_value[shaper.newest % EDGES]  # the input rests at this instant
+            shaper.do_step(t, 0.0)
+            assert shaper.shaped == pytest.approx(held, abs=1e-14)
+            shaper.command = kept
+        shaper.do_step(t, step)
+        assert abs(shaper.shaped - before) <= 1.7 + 1e-12  # never more than the command's own jumps
+        before = shaper.shaped
+        i += 1
+    assert (shaper.shaped, shaper.shaped_mean, shaper.settled) == (-0.7, -0.7, True)  # exactly
+
+
+def test_what_is_under_way_completes_as_designed_after_a_change():
+    shaper = ready()
+    amplitude, delay = shaper.amplitude[:3], shaper.delay[:3]
+    shaper.command = 1.0
+    shaper.do_step(0.0, 0.1)
+    shaper.natural_frequency[0] = 50.0
+    seen, t = [], 0.1
+    for _ in range(300):
+        shaper.do_step(t, 0.01)
+        t += 0.01
+        if not seen or shaper.shaped != seen[-1][1]:
+            seen.append((t, shaper.shaped))
+    assert [value for _, value in seen] == pytest.approx([amplitude[0], amplitude[0] + amplitude[1], 1.0], abs=1e-14)
+    assert [time for time, _ in seen[1:]] == pytest.approx(delay[1:], abs=0.0101)
+
+
+def test_a_new_command_after_a_change_is_shaped_by_the_new_design():
+    shaper, fresh = ready(), ready(natural_frequency=[8.0], damping_ratio=[0.2])
+    shaper.do_step(0.0, 0.1)
+    shaper.natural_frequency[0], shaper.damping_ratio[0] = 8.0, 0.2
+    shaper.command = fresh.command = 3.0
+    for i in range(100):
+        for one in (shaper, fresh):
+            one.do_step(0.1 + 0.01 * i, 0.01)
+        assert shaper.shaped == fresh.shaped
+    assert shaper.duration == fresh.duration
+
+
+@pytest.mark.parametrize(("name", "value"), [("natural_frequency", -1.0), ("natural_frequency", math.nan), ("damping_ratio", 1.0)])
+def test_an_impossible_change_is_refused(name, value):
+    shaper = ready()
+    getattr(shaper, name)[0] = value
+    with pytest.raises(ComponentError, match="natural_frequency must be greater than 0 rad/s"):
+        shaper.do_step(0.0, 0.1)

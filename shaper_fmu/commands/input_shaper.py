@@ -2,31 +2,24 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
-
 from shaper_fmu.component import NO_EVENT, Calculated, Component, Input, Output, Parameter, State, time_tolerance
 from shaper_fmu.shapers.convolution import convolve
+from shaper_fmu.shapers.kinds import Shaper, design_mode
+from shaper_fmu.shapers.newton import UNKNOWNS
 from shaper_fmu.shapers.sensitivity import insensitivity
-from shaper_fmu.shapers.zero_derivative import zero_derivative
 
 MODES = 4
-CUSTOM_IMPULSES = 16
-IMPULSES = 256
+MODE_IMPULSES = 16
+IMPULSES = 640
 EDGES = 4096
+UNDER_WAY = 4096
 
 HISTORY_FULL = 1
 CUSTOM_ORDER = 2
 CUSTOM_SUM = 3
-
-
-class Shaper(IntEnum):
-    """Kinds of shapers; the numbers are those of the FMU's enumeration and never change."""
-
-    none = 1
-    zv = 2
-    zvd = 3
-    zvdd = 4
-    custom = 13
+NO_SOLUTION = 4
+TOO_MUCH_UNDER_WAY = 5
+BAD_TUNING = 6
 
 
 class InputShaper(Component):
@@ -38,8 +31,14 @@ class InputShaper(Component):
     A master that can only hold inputs over fixed steps wires `shaped_mean`, the mean over the step just done: it puts
     every impulse where it belongs, all with the same delay of a step (none, if the plant steps after the shaper).
 
-    Before the start the command is taken to have been `initial_command` for ever. Impulses: ZV (Smith 1958), ZVD and
-    ZVDD (Singer and Seering 1990), or custom ones, whose amplitudes must add up to 1 and are divided by their sum.
+    Before the start the command is taken to have been `initial_command` for ever. Frequencies and damping ratios may be
+    changed while running: what is under way completes as it was designed, changes of the command from then on are shaped
+    by the new design, and the output does not jump.
+
+    Shapers: ZV (Smith 1958); ZVD, ZVDD, ZVDDD (Singer and Seering 1990); MZV; EI (Singhose, Seering and Singer 1994); two-
+    and three-hump EI, UM-ZV, UM-ZVD, UM-EI and SNA-ZV (Singhose et al. 1997); MISZV, equal impulses; and custom ones,
+    whose amplitudes must add up to 1 and are divided by their sum. Damped designs are solved, not fitted: `certificate`
+    is the largest residual of the equations that define them.
     """
 
     messages = {
@@ -48,22 +47,34 @@ class InputShaper(Component):
         CUSTOM_ORDER: "custom_delay must begin with 0 s and not decrease over the first {custom_impulses} elements",
         CUSTOM_SUM: "the first {custom_impulses} elements of custom_amplitude must add up to 1 within 1e-6, so that the "
         "command's final value is reached",
+        NO_SOLUTION: "no {shaper} shaper was found beyond the damping ratio {damping} (vibration_tolerance "
+        "{vibration_tolerance}, negative_amplitude {negative_amplitude}); choose another shaper or tolerance",
+        TOO_MUCH_UNDER_WAY: f"at the change of frequency or damping more than {UNDER_WAY} jumps were under way; "
+        "change it while the command rests, or use a larger communication step",
+        BAD_TUNING: "natural_frequency must be greater than 0 rad/s and damping_ratio in 0 <= . < 1",
     }
 
     command = Input("", "command to be shaped")
     shaper = Parameter(Shaper.zv, "", "kind of shaper")
     modes = Parameter(1, "", "number of modes", min=1, max=MODES)
-    natural_frequency = Parameter(10.0, "rad/s", "undamped natural frequency of each mode", size=MODES, min=0.0, exclusive=True)
-    damping_ratio = Parameter(0.0, "", "damping ratio of each mode", size=MODES, min=0.0, max=1.0, exclusive="max")
+    natural_frequency = Parameter(
+        10.0, "rad/s", "undamped natural frequency of each mode", size=MODES, min=0.0, exclusive=True, tunable=True
+    )
+    damping_ratio = Parameter(0.0, "", "damping ratio of each mode", size=MODES, min=0.0, max=1.0, exclusive="max", tunable=True)
     shape_mode = Parameter(True, "", "whether each mode is shaped", size=MODES)
     vibration_tolerance = Parameter(0.05, "", "tolerated residual vibration V", min=0.0, max=1.0, exclusive=True)
-    custom_impulses = Parameter(2, "", "number of impulses of the custom shaper", min=1, max=CUSTOM_IMPULSES)
-    custom_amplitude = Parameter([0.5, 0.5] + [0.0] * 14, "", "amplitudes of the custom shaper", size=CUSTOM_IMPULSES)
-    custom_delay = Parameter([0.0, 0.3] + [0.0] * 14, "s", "delays of the custom shaper", size=CUSTOM_IMPULSES, min=0.0)
+    negative_amplitude = Parameter(0.5, "", "size of the negative impulse of sna_zv", min=0.0, max=1.0, exclusive="min")
+    equal_impulses = Parameter(3, "", "number of impulses of miszv", min=2, max=MODE_IMPULSES)
+    custom_impulses = Parameter(2, "", "number of impulses of the custom shaper", min=1, max=MODE_IMPULSES)
+    custom_amplitude = Parameter([0.5, 0.5] + [0.0] * 14, "", "amplitudes of the custom shaper", size=MODE_IMPULSES)
+    custom_delay = Parameter([0.0, 0.3] + [0.0] * 14, "s", "delays of the custom shaper", size=MODE_IMPULSES, min=0.0)
     initial_command = Parameter(0.0, "", "value of the command before the start")
-    duration = Calculated("s", "shaper duration: delay of the last impulse")
-    impulses = Calculated("", "number of impulses", start=0)
-    insensitivity = Calculated("", "width of the band of w/wn of the first shaped mode in which V <= vibration_tolerance")
+    duration = Calculated("s", "shaper duration: delay of the last impulse", tunable=True)
+    impulses = Calculated("", "number of impulses", start=0, tunable=True)
+    insensitivity = Calculated(
+        "", "width of the band of w/wn of the first shaped mode in which V <= vibration_tolerance", tunable=True
+    )
+    certificate = Calculated("", "largest residual of the equations that define the shaper", tunable=True)
     shaped = Output("", "shaped command")
     shaped_mean = Output("", "mean of `shaped` over the last step, for masters that hold inputs")
     next_event_time = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
@@ -71,33 +82,41 @@ class InputShaper(Component):
 
     amplitude = State(size=IMPULSES)
     delay = State(size=IMPULSES)
-    factor_amplitude = State(size=CUSTOM_IMPULSES)
-    factor_delay = State(size=CUSTOM_IMPULSES)
     edge_time = State(size=EDGES)  # ring buffer of the command's changes
     edge_value = State(size=EDGES)
     newest = State(0)  # number of the newest edge
     reached = State(0, size=IMPULSES)  # number of the newest edge that each impulse has reached
 
+    tuned_frequency = State(size=MODES)  # what the impulses were designed for
+    tuned_damping = State(size=MODES)
+    jumps = State(0)  # jumps of former designs that are under way, in no order
+    jump_time = State(size=UNDER_WAY)
+    jump_size = State(size=UNDER_WAY)
+    offset = State(0.0)  # what is still missing of former designs
+
+    factor_amplitude = State(size=MODE_IMPULSES)  # work space of the design
+    factor_delay = State(size=MODE_IMPULSES)
+    unknown = State(size=UNKNOWNS)
+    kept = State(size=UNKNOWNS)
+    residual = State(size=UNKNOWNS)
+    above = State(size=UNKNOWNS)
+    below = State(size=UNKNOWNS)
+    jacobian = State(size=UNKNOWNS * UNKNOWNS)
+    damping = State(0.0)
+    tolerance = State(0.0)
+    humps = State(0)
+
     def start(self):
-        status = design(self)
-        if status:
-            return status
-        self.duration = self.delay[self.impulses - 1]
-        mode = first_shaped_mode(self)
-        self.insensitivity = insensitivity(
-            self.amplitude,
-            self.delay,
-            self.impulses,
-            self.natural_frequency[mode],
-            self.damping_ratio[mode],
-            self.vibration_tolerance,
-        )
         self.edge_value[0] = self.initial_command
         self.shaped = self.initial_command
         self.shaped_mean = self.initial_command
-        return 0
+        return design(self)
 
     def step(self, t, h):
+        if is_retuned(self):
+            status = retune(self)
+            if status:
+                return status
         if self.command != self.edge_value[self.newest % EDGES]:
             if self.newest - self.reached[self.impulses - 1] >= EDGES - 1:
                 return HISTORY_FULL
@@ -105,36 +124,51 @@ class InputShaper(Component):
         shaped_before = self.shaped
         self.shaped = 0.0
         self.next_event_time = NO_EVENT
-        mean = 0.0
+        mean = pass_jumps(self, t, h)
         for i in range(self.impulses):
             mean += self.amplitude[i] * pass_edges(self, i, t, h)
             self.shaped += self.amplitude[i] * self.edge_value[self.reached[i] % EDGES]
-        self.settled = self.reached[self.impulses - 1] == self.newest
-        if self.settled:  # the amplitudes' sum may miss 1 by rounding; the final value may not
+        unmoved = self.reached[self.impulses - 1] == self.newest
+        if unmoved:  # the amplitudes' sum may miss 1 by rounding; the final value may not
             self.shaped = self.edge_value[self.newest % EDGES]
+        self.shaped += self.offset
+        self.settled = unmoved and self.jumps == 0
         if h > 0.0:
             self.shaped_mean = self.shaped if self.shaped == shaped_before else mean
         return 0
 
 
 def design(m):
-    """Impulses of all shaped modes into m.amplitude, m.delay, m.impulses."""
+    """Impulses of all shaped modes into m.amplitude, m.delay, m.impulses; and what is calculated from them."""
     m.amplitude[0] = 1.0
     m.delay[0] = 0.0
     m.impulses = 1
+    m.certificate = 0.0
+    certificate = 0.0
+    for mode in range(MODES):
+        m.tuned_frequency[mode] = m.natural_frequency[mode]
+        m.tuned_damping[mode] = m.damping_ratio[mode]
     if m.shaper == Shaper.custom:
-        return design_custom(m)
-    if m.shaper == Shaper.none:
-        return 0
-    for mode in range(m.modes):
-        if m.shape_mode[mode]:
-            order = 0
-            if m.shaper == Shaper.zvd:
-                order = 1
-            if m.shaper == Shaper.zvdd:
-                order = 2
-            count = zero_derivative(m.factor_amplitude, m.factor_delay, order, m.natural_frequency[mode], m.damping_ratio[mode])
-            m.impulses = convolve(m.amplitude, m.delay, m.impulses, m.factor_amplitude, m.factor_delay, count)
+        status = design_custom(m)
+        if status:
+            return status
+    elif m.shaper != Shaper.none:
+        for mode in range(m.modes):
+            if m.shape_mode[mode]:
+                m.damping = m.damping_ratio[mode]
+                count = design_mode(m, m.shaper, m.damping_ratio[mode])
+                if count == 0:
+                    return NO_SOLUTION
+                certificate = max(certificate, m.certificate)
+                for i in range(count):
+                    m.factor_delay[i] /= m.natural_frequency[mode]
+                m.impulses = convolve(m.amplitude, m.delay, m.impulses, m.factor_amplitude, m.factor_delay, count)
+    m.certificate = certificate
+    m.duration = m.delay[m.impulses - 1]
+    mode = first_shaped_mode(m)
+    m.insensitivity = insensitivity(
+        m.amplitude, m.delay, m.impulses, m.natural_frequency[mode], m.damping_ratio[mode], m.vibration_tolerance
+    )
     return 0
 
 
@@ -162,6 +196,62 @@ def first_shaped_mode(m):
         if m.shape_mode[mode]:
             return mode
     return 0
+
+
+def is_retuned(m):
+    """Whether a frequency or damping ratio differs from what the impulses were designed for."""
+    for mode in range(m.modes):
+        if m.natural_frequency[mode] != m.tuned_frequency[mode] or m.damping_ratio[mode] != m.tuned_damping[mode]:
+            return True
+    return False
+
+
+def retune(m):
+    """Design anew; what the old design has under way goes on as single jumps, on top of the new one, which starts at rest."""
+    for mode in range(m.modes):
+        if not (m.natural_frequency[mode] > 0.0 and 0.0 <= m.damping_ratio[mode] < 1.0):
+            return BAD_TUNING
+    command = m.edge_value[m.newest % EDGES]
+    m.offset = m.shaped - command
+    for i in range(m.impulses):
+        value = m.edge_value[m.reached[i] % EDGES]
+        while m.reached[i] < m.newest:
+            m.reached[i] += 1
+            edge = m.reached[i] % EDGES
+            if m.jumps == UNDER_WAY:
+                return TOO_MUCH_UNDER_WAY
+            m.jump_time[m.jumps] = m.edge_time[edge] + m.delay[i]
+            m.jump_size[m.jumps] = m.amplitude[i] * (m.edge_value[edge] - value)
+            m.jumps += 1
+            value = m.edge_value[edge]
+    status = design(m)
+    m.newest = 0
+    m.edge_value[0] = command
+    for i in range(m.impulses):
+        m.reached[i] = 0
+    return status
+
+
+def pass_jumps(m, t, h):
+    """Let the jumps of former designs due until t + h happen; returns the mean of their offset over [t, t + h]."""
+    until = t + h + time_tolerance(t, h)
+    mean = m.offset
+    k = 0
+    while k < m.jumps:
+        due = m.jump_time[k]
+        if due > until:
+            m.next_event_time = min(m.next_event_time, due)
+            k += 1
+        else:
+            m.offset += m.jump_size[k]
+            if h > 0.0:
+                mean += m.jump_size[k] * max(0.0, min(1.0, (t + h - due) / h))
+            m.jumps -= 1
+            m.jump_time[k] = m.jump_time[m.jumps]
+            m.jump_size[k] = m.jump_size[m.jumps]
+    if m.jumps == 0:  # the jumps' sum may miss by rounding
+        m.offset = 0.0
+    return mean
 
 
 def record_edge(m, t):

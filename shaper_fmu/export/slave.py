@@ -158,7 +158,7 @@ class ComponentSlave(Fmi2Slave):
     def _set(self, fmi_type: str, vrs: list[int], values: list[Any]) -> None:
         for vr, value in zip(vrs, values, strict=True):
             variable, index = self._scalar(vr, fmi_type)
-            self._check_settable(variable, index)
+            self._check_settable(variable, index, value)
             if variable.size is None:
                 setattr(self.record, variable.name, value)
             else:
@@ -173,12 +173,16 @@ class ComponentSlave(Fmi2Slave):
             raise ComponentError(f"{type(self).__name__}: {variable.scalar_names[index]} is not of type {fmi_type}")
         return variable, index
 
-    def _check_settable(self, variable: Variable, index: int) -> None:
+    def _check_settable(self, variable: Variable, index: int, value: Any) -> None:
         name = f"{type(self).__name__}: {variable.scalar_names[index]}"
         if variable.causality not in ("input", "parameter"):
             raise ComponentError(f"{name} is an {variable.causality} and cannot be set")
         if variable.causality == "parameter" and self.phase not in (_INSTANTIATED, _INITIALIZING):
-            raise ComponentError(f"{name} is fixed: it can be set only before and during initialization")
+            if not variable.tunable:
+                raise ComponentError(f"{name} is fixed: it can be set only before and during initialization")
+            problem = variable.problem(variable.scalar_names[index], value)
+            if problem:
+                raise ComponentError(f"{type(self).__name__}: {problem}")
 
     @_refusing
     def _get_fmu_state(self) -> bytes:

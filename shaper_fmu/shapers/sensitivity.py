@@ -6,6 +6,7 @@ import math
 
 _HIGHEST_RATIO = 10.0
 _SCAN_STEP = 0.005
+_TOUCHING = 1.0 + 1e-9  # a maximum that touches the tolerance, as an EI shaper's does, is no crossing
 
 
 def residual_vibration(amplitude, delay, count: int, natural_frequency: float, damping_ratio: float) -> float:
@@ -29,7 +30,7 @@ def insensitivity(amplitude, delay, count: int, natural_frequency: float, dampin
 
     The nearest crossing on each side is bracketed by a scan and bisected to the last bit; the band ends at 0 and 10.
     """
-    if residual_vibration(amplitude, delay, count, natural_frequency, damping_ratio) > tolerance:
+    if residual_vibration(amplitude, delay, count, natural_frequency, damping_ratio) > _TOUCHING * tolerance:
         return 0.0
     above = _crossing(amplitude, delay, count, natural_frequency, damping_ratio, tolerance, _SCAN_STEP)
     below = _crossing(amplitude, delay, count, natural_frequency, damping_ratio, tolerance, -_SCAN_STEP)
@@ -39,7 +40,7 @@ def insensitivity(amplitude, delay, count: int, natural_frequency: float, dampin
 def _crossing(amplitude, delay, count: int, natural_frequency: float, damping_ratio: float, tolerance: float, step: float) -> float:
     inside = 1.0
     outside = 1.0 + step
-    while residual_vibration(amplitude, delay, count, outside * natural_frequency, damping_ratio) <= tolerance:
+    while residual_vibration(amplitude, delay, count, outside * natural_frequency, damping_ratio) <= _TOUCHING * tolerance:
         inside = outside
         outside += step
         if outside <= 0.0:

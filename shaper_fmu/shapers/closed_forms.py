@@ -1,0 +1,40 @@
+"""MZV and MISZV: zero vibration by three, or by n, impulses that are equally spaced; closed forms for any damping.
+
+MZV spaces three impulses by 3/8 of the damped period; MISZV spaces n impulses by 1/n of it, so that undamped ones are
+equal. In both the amplitudes of the undamped shaper are scaled by the decay between the impulses and normalised.
+"""
+
+from __future__ import annotations
+
+import math
+
+
+def modified_zv(m, damping_ratio):
+    """MZV for 1 rad/s into m.factor_amplitude, m.factor_delay; returns 3."""
+    m.factor_amplitude[0] = 1.0 - math.sqrt(0.5)
+    m.factor_amplitude[1] = math.sqrt(2.0) - 1.0
+    m.factor_amplitude[2] = m.factor_amplitude[0]
+    return _equally_spaced(m, 3, 0.375, damping_ratio)
+
+
+def equal_impulses(m, count, damping_ratio):
+    """MISZV with `count` >= 2 impulses for 1 rad/s; returns their number."""
+    for i in range(count):
+        m.factor_amplitude[i] = 1.0
+    return _equally_spaced(m, count, 1.0 / count, damping_ratio)
+
+
+def _equally_spaced(m, count, spacing, damping_ratio):
+    """Space by this share of the damped period, scale by the decay over it, and normalise to the sum 1."""
+    period = 2.0 * math.pi / math.sqrt(1.0 - damping_ratio * damping_ratio)
+    decay = math.exp(-damping_ratio * spacing * period)
+    total = 0.0
+    scale = 1.0
+    for i in range(count):
+        m.factor_delay[i] = i * spacing * period
+        m.factor_amplitude[i] *= scale
+        total += m.factor_amplitude[i]
+        scale *= decay
+    for i in range(count):
+        m.factor_amplitude[i] /= total
+    return count

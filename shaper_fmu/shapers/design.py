@@ -1,0 +1,83 @@
+"""Designing shapers from Python: the same kernels as in the FMU, returning an `ImpulseSequence`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from shaper_fmu.errors import ComponentError, nearest
+from shaper_fmu.shapers.kinds import Shaper, design_mode
+from shaper_fmu.shapers.newton import UNKNOWNS
+from shaper_fmu.shapers.sequence import ImpulseSequence, convolve_all
+
+
+class _Workspace:
+    """The fields of the record that the design kernels use."""
+
+    def __init__(self, vibration_tolerance: float, negative_amplitude: float, equal_impulses: int):
+        self.vibration_tolerance = vibration_tolerance
+        self.negative_amplitude = negative_amplitude
+        self.equal_impulses = equal_impulses
+        self.factor_amplitude, self.factor_delay = [0.0] * UNKNOWNS, [0.0] * UNKNOWNS
+        self.unknown, self.kept, self.residual = [0.0] * UNKNOWNS, [0.0] * UNKNOWNS, [0.0] * UNKNOWNS
+        self.above, self.below = [0.0] * UNKNOWNS, [0.0] * UNKNOWNS
+        self.jacobian = [0.0] * (UNKNOWNS * UNKNOWNS)
+        self.damping = self.tolerance = self.certificate = 0.0
+        self.humps = 0
+
+
+def shaper(
+    kind: str | Shaper,
+    natural_frequency: float | Sequence[float],
+    damping_ratio: float | Sequence[float] = 0.0,
+    *,
+    vibration_tolerance: float = 0.05,
+    negative_amplitude: float = 0.5,
+    equal_impulses: int = 3,
+) -> ImpulseSequence:
+    """The impulses of a shaper, convolved over the modes if several are given.
+
+    Args:
+        kind: a name of `Shaper`, such as "zvd" or "two_hump_ei" (custom ones are an `ImpulseSequence` of your own).
+        natural_frequency: undamped natural frequency of each mode [rad/s].
+        damping_ratio: of each mode, or one for all; 0 <= zeta < 1.
+        vibration_tolerance: tolerated V of the EI shapers, 0 < V < 1.
+        negative_amplitude: size of the negative impulse of sna_zv, 0 < b <= 1.
+        equal_impulses: number of impulses of miszv, 2 to 16.
+
+    Raises ComponentError for a value outside its domain, and when no such shaper exists.
+    """
+    chosen = _kind(kind)
+    frequencies = [natural_frequency] if isinstance(natural_frequency, int | float) else list(natural_frequency)
+    ratios = [damping_ratio] * len(frequencies) if isinstance(damping_ratio, int | float) else list(damping_ratio)
+    if len(ratios) != len(frequencies):
+        raise ComponentError(f"{len(ratios)} damping ratios for {len(frequencies)} natural frequencies")
+    _check("vibration_tolerance", vibration_tolerance, 0.0 < vibration_tolerance < 1.0, "0 < V < 1")
+    _check("negative_amplitude", negative_amplitude, 0.0 < negative_amplitude <= 1.0, "0 < b <= 1")
+    _check("equal_impulses", equal_impulses, equal_impulses in range(2, 17), "2 to 16")
+    if chosen == Shaper.none:
+        return ImpulseSequence((1.0,), (0.0,), 0.0)
+    sequences = []
+    for w, zeta in zip(frequencies, ratios, strict=True):
+        _check("natural_frequency", w, 0.0 < w < float("inf"), "> 0 rad/s")
+        _check("damping_ratio", zeta, 0.0 <= zeta < 1.0, "0 <= zeta < 1")
+        workspace = _Workspace(vibration_tolerance, negative_amplitude, equal_impulses)
+        count = design_mode(workspace, chosen, zeta)
+        if count == 0:
+            limit = f"the damping ratio {zeta:g}, only up to {workspace.damping:.4g}"
+            raise ComponentError(f"no {chosen.name} shaper was found for {limit}")
+        delays = tuple(t / w for t in workspace.factor_delay[:count])
+        sequences.append(ImpulseSequence(tuple(workspace.factor_amplitude[:count]), delays, workspace.certificate))
+    return convolve_all(sequences)
+
+
+def _kind(kind: str | Shaper) -> Shaper:
+    names = {item.name: item for item in Shaper if item != Shaper.custom}
+    name = kind.name if isinstance(kind, Shaper) else kind
+    if not isinstance(name, str) or name not in names:
+        raise ComponentError(f"there is no shaper {name!r}.{nearest(str(name), names)}")
+    return names[name]
+
+
+def _check(name: str, value: float, fine: bool, domain: str) -> None:
+    if not fine:
+        raise ComponentError(f"{name} = {value} is outside its domain {domain}")

@@ -1,0 +1,115 @@
+"""Unity-magnitude shapers: impulses 1, -1, 1, ..., 1 - for actuators that are on or off.
+
+Singhose, Singer and Seering 1997 (UM-ZV, UM-ZVD, UM-EI). The times solve the zero (derivative) or EI conditions.
+"""
+
+from __future__ import annotations
+
+import math
+
+from shaper_fmu.shapers.conditions import flat_zero_at, hump_at, rising, zero_at
+from shaper_fmu.shapers.newton import follow_damping, newton
+
+_UM_ZVD = (0.56242398, 2.30111484, 4.03980571, 4.60222969)  # rad: a guess, improved to the last bit
+_TOLERANCE_STEPS = 20
+
+
+def unity_magnitude_zv(m, damping_ratio):
+    """UM-ZV for 1 rad/s into m.factor_amplitude, m.factor_delay: 1, -1, 1; undamped at 0, T/6, T/3.
+
+    Returns 3, or 0 if none is found.
+    """
+    _alternate(m, 3)
+    m.unknown[0] = math.pi / 3.0
+    m.unknown[1] = 2.0 * math.pi / 3.0
+    return _solved(m, _zv_equations, 2, 3, damping_ratio)
+
+
+def unity_magnitude_zvd(m, damping_ratio):
+    """UM-ZVD for 1 rad/s: 1, -1, 1, -1, 1 with zero residual and zero derivative. Returns 5, or 0 if none is found."""
+    _alternate(m, 5)
+    for i in range(4):
+        m.unknown[i] = _UM_ZVD[i]
+    return _solved(m, _zvd_equations, 4, 5, damping_ratio)
+
+
+def unity_magnitude_ei(m, damping_ratio):
+    """UM-EI for 1 rad/s: 1, -1, 1, -1, 1 with V = m.vibration_tolerance and V' = 0 at the design frequency, zeros beside it.
+
+    The undamped one is symmetric; it is followed from UM-ZVD in steps of the tolerance. Returns 5, or 0 if none is found.
+    """
+    if unity_magnitude_zvd(m, 0.0) == 0:
+        return 0
+    m.unknown[1] = m.factor_delay[2]
+    m.unknown[0] = m.factor_delay[2] - m.factor_delay[1]
+    sign = -1.0 if _symmetric_curvature(m.unknown) > 0.0 else 1.0
+    m.damping = 0.0
+    for i in range(_TOLERANCE_STEPS):
+        m.tolerance = sign * m.vibration_tolerance * (i + 1.0) / _TOLERANCE_STEPS
+        if not newton(m, _symmetric_equations, 2):
+            return 0
+    _unfold(m)
+    count = _solved(m, _ei_equations, 6, 5, damping_ratio)
+    if count > 0 and not (0.0 < m.unknown[4] < 1.0 < m.unknown[5]):
+        return 0
+    return count
+
+
+def _symmetric_equations(m, x, f):
+    """The undamped sequence about its middle: 1 - 2 cos(x0 r) + 2 cos(x1 r) equals m.tolerance and is flat at r = 1."""
+    f[0] = 1.0 - 2.0 * math.cos(x[0]) + 2.0 * math.cos(x[1]) - m.tolerance
+    f[1] = 2.0 * x[0] * math.sin(x[0]) - 2.0 * x[1] * math.sin(x[1])
+
+
+def _symmetric_curvature(x):
+    return 2.0 * x[0] * x[0] * math.cos(x[0]) - 2.0 * x[1] * x[1] * math.cos(x[1])
+
+
+def _unfold(m):
+    """Delays from the symmetric offsets, and a guess of the zeros beside the maximum from its curvature."""
+    inner = m.unknown[0]
+    outer = m.unknown[1]
+    spread = math.sqrt(2.0 * m.vibration_tolerance / abs(_symmetric_curvature(m.unknown)))
+    m.unknown[0] = outer - inner
+    m.unknown[1] = outer
+    m.unknown[2] = outer + inner
+    m.unknown[3] = 2.0 * outer
+    m.unknown[4] = 1.0 - spread
+    m.unknown[5] = 1.0 + spread
+
+
+def _alternate(m, count):
+    sign = 1.0
+    for i in range(count):
+        m.factor_amplitude[i] = sign
+        sign = -sign
+
+
+def _solved(m, equations, unknowns, count, damping_ratio):
+    if not follow_damping(m, equations, unknowns, damping_ratio):
+        return 0
+    _unpack(m, m.unknown, count)
+    return count if rising(m.factor_delay, 0, count - 1) else 0
+
+
+def _unpack(m, x, count):
+    m.factor_delay[0] = 0.0
+    for i in range(1, count):
+        m.factor_delay[i] = x[i - 1]
+
+
+def _zv_equations(m, x, f):
+    _unpack(m, x, 3)
+    zero_at(f, 0, m.factor_amplitude, m.factor_delay, 3, m.damping, 1.0)
+
+
+def _zvd_equations(m, x, f):
+    _unpack(m, x, 5)
+    flat_zero_at(f, 0, m.factor_amplitude, m.factor_delay, 5, m.damping, 1.0)
+
+
+def _ei_equations(m, x, f):
+    _unpack(m, x, 5)
+    row = zero_at(f, 0, m.factor_amplitude, m.factor_delay, 5, m.damping, x[4])
+    row = hump_at(f, row, m.factor_amplitude, m.factor_delay, 5, m.damping, 1.0, m.vibration_tolerance)
+    zero_at(f, row, m.factor_amplitude, m.factor_delay, 5, m.damping, x[5])
