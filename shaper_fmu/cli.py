@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from shaper_fmu import __version__
+from shaper_fmu.cli_design import design
+from shaper_fmu.console import err, out, show
 from shaper_fmu.errors import ModelError, ShaperFmuError
 from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.progress import progress
@@ -23,8 +24,6 @@ app = typer.Typer(
     help="Command shaping for flexible machines: build FMUs, run and sweep systems of FMUs, report.",
     epilog="Exit codes: 0 done, 1 the work found problems, 2 wrong usage.",
 )
-out = Console(highlight=False, soft_wrap=True, width=None if sys.stdout.isatty() else 160)
-err = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 class Backend(StrEnum):
@@ -85,6 +84,9 @@ def build(
             continue
         for component in load_components(Path(name)) if name.endswith(".py") else [find_component(name)]:
             out.print(f"built {build_fmu(component, output)}")
+
+
+app.command("design")(design)
 
 
 @app.command()
@@ -197,13 +199,7 @@ def _print_tables(store: Path) -> None:
     system = load_ssp(study.system_path).system
     for varied in study.vary:
         for metric in study.metrics:
-            data = robustness_table(study, runs, system, metric, varied)
-            table = Table(data.head[0], title=data.title)
-            for name in data.head[1:]:
-                table.add_column(name, justify="right")
-            for row in data.rows:
-                table.add_row(*row)
-            out.print(table)
+            show(robustness_table(study, runs, system, metric, varied))
 
 
 @app.command("report")

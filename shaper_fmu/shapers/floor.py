@@ -11,17 +11,13 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-import numpy as np
-from scipy.optimize import root_scalar
-
+from shaper_fmu.analysis.vibration import tolerated_band
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.shapers.lp_layout import Band, GeneralLayout
+from shaper_fmu.shapers.lp_layout import Band
 from shaper_fmu.shapers.sequence import ImpulseSequence
 from shaper_fmu.shapers.specified_insensitivity import FARTHEST, TOLERANCES, WIDEST, check_bands, design
 
 _ROUNDING = 1e-9
-_SCAN_STEP = 0.005
-_HIGHEST_RATIO = 10.0
 
 
 def shortest_duration(insensitivity: float, tolerance: float = 0.05) -> float:
@@ -72,37 +68,10 @@ def distance_to_floor(
     check_bands([Band(natural_frequency, natural_frequency, tolerance, damping_ratio)])
     if min(sequence.amplitudes) < 0.0:
         return None
-    edges = tolerated_band(sequence, natural_frequency, tolerance, damping_ratio)
+    edges = tolerated_band(sequence, natural_frequency, damping_ratio, tolerance)
     if edges is None:
         return None
     low, high = edges
     if high - low > 0.5 * WIDEST * (high + low) or high > FARTHEST * low:
         return None
     return sequence.duration * natural_frequency / _shortest(low, high, tolerance * (1.0 + _ROUNDING), damping_ratio) - 1.0
-
-
-def tolerated_band(
-    sequence: ImpulseSequence, natural_frequency: float, tolerance: float, damping_ratio: float = 0.0
-) -> tuple[float, float] | None:
-    """Lower and upper edge, as w / natural_frequency, of the band around 1 with V <= tolerance; None if V exceeds it at 1.
-
-    Rounding is forgiven (1e-9 of the tolerance), so that humps that touch the tolerance do not end the band.
-    """
-    amplitudes, delays = np.array(sequence.amplitudes), np.array(sequence.delays) * natural_frequency
-
-    def excess(ratio: float | np.ndarray) -> np.ndarray:
-        s = GeneralLayout.columns(delays, float(delays[-1]), np.atleast_1d(ratio), damping_ratio) @ amplitudes
-        return np.abs(s) - tolerance * (1.0 + _ROUNDING)
-
-    if excess(1.0)[0] > 0.0:
-        return None
-    edges = []
-    for end in (0.0, _HIGHEST_RATIO):
-        ratios = np.linspace(1.0, end, 1 + round(abs(end - 1.0) / _SCAN_STEP))
-        outside = np.flatnonzero(excess(ratios) > 0.0)
-        if not len(outside):
-            edges.append(end)
-            continue
-        bracket = sorted((ratios[outside[0] - 1], ratios[outside[0]]))
-        edges.append(float(root_scalar(lambda r: float(excess(r)[0]), bracket=bracket, xtol=1e-15).root))
-    return edges[0], edges[1]
