@@ -137,3 +137,36 @@ def test_errors_are_one_line_with_an_exit_code(workshop, arguments, code, words)
     assert done.returncode == code
     assert words in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_design_prints_and_plots(tmp_path):
+    """Amplitudes of a ZVD at 10 % damping: K = exp(-zeta pi / sqrt(1 - zeta^2)), 1, 2K, K^2 over (1 + K)^2."""
+    done = command("design", "zvd", "--natural-frequency", "5", "--damping-ratio", "0.1", "--plot", "zvd.html", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    for words in ("0.3344149079", "0.4877425475", "0.1778425446", "1.262967767 s", "0.34024", "wrote zvd.html"):
+        assert words in done.stdout
+    assert "sensitivity" in (tmp_path / "zvd.html").read_text()
+    assert (tmp_path / "zvd_sensitivity.png").read_bytes().startswith(PNG)
+
+
+def test_design_of_a_specified_insensitivity_lies_on_the_floor(tmp_path):
+    done = command("design", "si", "--low", "4", "--high", "6", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "0.80000 to 1.20000" in done.stdout
+    assert "0.00%" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["design", "zvx", "-w", "5"], 1, "there is no shaper 'zvx'. Did you mean 'zv"),
+        (["design", "zv"], 2, "give at least one"),
+        (["design", "si", "--low", "4"], 2, "si needs --low and --high"),
+        (["design", "zv", "-w", "-5"], 1, "natural_frequency = -5.0 is outside its domain"),
+        (["design", "direct_zv", "-w", "5"], 1, "is for two modes; 1 natural frequencies were given"),
+    ],
+)
+def test_design_tells_what_is_wrong(tmp_path, arguments, code, words):
+    done = command(*arguments, cwd=tmp_path)
+    assert (done.returncode, "Traceback" in done.stderr) == (code, False)
+    assert words in done.stderr
