@@ -23,6 +23,16 @@ PARAMETERS = {
     "MotionProfile": {"profile": 6, "duration": 3.1, "start_time": 0.2, "damping_ratio": 0.08, "natural_frequency": 5.5045},
     "MassSpringDamper": {"mass": 0.7, "damping": 0.9},
     "OverheadCrane": {"initial_rope_length": 3.3, "damping_ratio": 0.02},
+    "PulseTrain": {
+        "design": 2,
+        "amplitude": 0.7,
+        "duration": 0.9,
+        "start_time": 0.2,
+        "natural_frequency": 4.0,
+        "damping_ratio": 0.08,
+    },
+    "PulseWidthModulator": {"carrier_frequency": 3.0, "carrier_phase": 0.3, "minimum_pulse_width": 0.001},
+    "PositionController": {"proportional_gain": 30.0, "integral_gain": 7.0, "derivative_gain": 4.0, "force_limit": 2.5},
 }
 
 

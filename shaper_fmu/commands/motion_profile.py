@@ -2,31 +2,40 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from shaper_fmu.component import NO_EVENT, Calculated, Component, Output, Parameter, State, time_tolerance
+from shaper_fmu.profiles.kinds import NO_LIMIT, Profile, inner_event, ramp_time, shortest_duration, unit_limit, unit_move
 
-from shaper_fmu.component import NO_EVENT, Component, Output, Parameter, time_tolerance
-from shaper_fmu.profiles.cycloid import cycloid
-from shaper_fmu.profiles.cycloid_versine_ramp import cycloid_versine_ramp
-from shaper_fmu.profiles.two_part import two_part
-
-
-class Profile(IntEnum):
-    """Kinds of profiles; the numbers are those of the FMU's enumeration and never change."""
-
-    step = 1
-    cycloid = 3
-    cycloid_versine_ramp = 5
-    two_part = 6
+TOO_SHORT = 1
+NEVER = 2
+IN_GAP = 3
 
 
 class MotionProfile(Component):
-    """A rest-to-rest reference: from 0 to `distance` in `duration`, beginning at `start_time`.
+    """A rest-to-rest reference: from 0 to `distance` in exactly `duration`, beginning at `start_time`.
 
-    step: at once, at start_time. cycloid: y = L (s/T - sin(2 pi s/T)/(2 pi)). cycloid_versine_ramp and two_part leave
-    no residual vibration of a mode with `natural_frequency` and `damping_ratio` (Taskin, Kilic and Kapucu 2019; Kilic
-    and Kapucu 2011); their velocity jumps at the ends, and in the middle of two_part. Where a position or velocity
-    jumps, its derivative's impulse is not part of the velocity or acceleration output.
+    - step: at once, at start_time;
+    - trapezoid: trapezoidal velocity, ramps of a third of the duration; shorter ones where max_velocity asks for it,
+      longer ones, up to bang-bang, where max_acceleration does;
+    - cycloid: y = L (s/T - sin(2 pi s/T)/(2 pi));
+    - polynomial_345: y = L (10 u^3 - 15 u^4 + 6 u^5), u = s/T;
+    - cycloid_versine_ramp and two_part: no residual vibration of a mode with `natural_frequency` and `damping_ratio`
+      (Taskin, Kilic and Kapucu 2019; Kilic and Kapucu 2011); their velocity jumps at the ends;
+    - s_curve: five smooth acceleration segments, no residual vibration of that mode either (Ozokutan, Karadag, Kapucu and
+      Kutuk 2025, here with damping too); it cruises at max_velocity, or has no cruise where it would not reach it.
+
+    No profile exceeds max_velocity and max_acceleration: a duration that is too short for them is an error, which names
+    the shortest possible one. Where a velocity jumps, no acceleration limit can be kept, nor any limit by a step. Where a
+    position or velocity jumps, its derivative's impulse is not part of the velocity or acceleration output.
     """
+
+    messages = {
+        TOO_SHORT: "duration = {duration} s is too short to move {distance} m within max_velocity = {max_velocity} m/s and "
+        "max_acceleration = {max_acceleration} m/s2; the shortest possible duration is {possible_duration} s",
+        NEVER: "no duration is long enough for max_velocity = {max_velocity} m/s and max_acceleration = {max_acceleration} m/s2: "
+        "a step keeps to no limit, and where the velocity jumps (cycloid_versine_ramp, two_part) no acceleration limit is kept",
+        IN_GAP: "with duration = {duration} s the profile exceeds max_velocity = {max_velocity} m/s; the shortest possible "
+        "duration is {shortest_duration} s, but its speed rises again, and longer ones are possible from {possible_duration} s on",
+    }
 
     profile = Parameter(Profile.cycloid, "", "kind of profile")
     distance = Parameter(1.0, "m", "distance to move, negative for the other way")
@@ -34,11 +43,35 @@ class MotionProfile(Component):
     start_time = Parameter(0.0, "s", "time at which the move begins")
     natural_frequency = Parameter(10.0, "rad/s", "undamped natural frequency of the mode to leave at rest", min=0.0, exclusive=True)
     damping_ratio = Parameter(0.0, "", "damping ratio of that mode", min=0.0, max=1.0, exclusive="max")
+    max_velocity = Parameter(NO_LIMIT, "m/s", "speed never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True)
+    max_acceleration = Parameter(NO_LIMIT, "m/s2", "acceleration never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True)
+    shortest_duration = Calculated("s", "shortest duration that the limits permit, 0 without limits")
     position = Output("m", "reference position")
     velocity = Output("m/s", "reference velocity")
     acceleration = Output("m/s2", "reference acceleration")
     moving = Output("", "true from the start of the move to its end", start=False)
     next_event_time = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
+
+    ramp = State(0.0)
+    possible_duration = State(0.0)
+
+    def start(self):
+        velocity = unit_limit(self.max_velocity, self.distance)
+        acceleration = unit_limit(self.max_acceleration, self.distance)
+        shortest, gap_start, gap_end = shortest_duration(
+            self.profile, velocity, acceleration, self.natural_frequency, self.damping_ratio
+        )
+        self.shortest_duration = shortest
+        if shortest >= NO_LIMIT:
+            return NEVER
+        self.possible_duration = rounded_up(shortest)
+        if self.profile != Profile.step and self.duration < shortest:
+            return TOO_SHORT
+        if gap_start < self.duration < gap_end:
+            self.possible_duration = rounded_up(gap_end)
+            return IN_GAP
+        self.ramp = ramp_time(self.profile, self.duration, velocity, acceleration)
+        return 0
 
     def step(self, t, h):
         now = t + h
@@ -56,23 +89,31 @@ class MotionProfile(Component):
         else:
             self.moving = True
             self.next_event_time = self.start_time + span
-            middle = self.start_time + 0.5 * span
             s = max(0.0, now - self.start_time)
-            if self.profile == Profile.two_part:
-                if now < middle - tolerance:
-                    self.next_event_time = middle
+            for i in range(2):
+                event = inner_event(self.profile, i, span, self.ramp)
+                if now >= self.start_time + event - tolerance:
+                    s = max(s, event)
                 else:
-                    s = max(0.5 * span, s)
-            position, velocity, acceleration = unit_move(self, s)
+                    self.next_event_time = min(self.next_event_time, self.start_time + event)
+            position, velocity, acceleration = unit_move(
+                self.profile, s, self.duration, self.ramp, self.natural_frequency, self.damping_ratio
+            )
             self.position = self.distance * position
             self.velocity = self.distance * velocity
             self.acceleration = self.distance * acceleration
 
 
-def unit_move(m, s):
-    """Position, velocity and acceleration over the unit distance, at s within the move."""
-    if m.profile == Profile.cycloid:
-        return cycloid(s, m.duration)
-    if m.profile == Profile.cycloid_versine_ramp:
-        return cycloid_versine_ramp(s, m.duration, m.natural_frequency, m.damping_ratio)
-    return two_part(s, m.duration, m.natural_frequency, m.damping_ratio)
+def rounded_up(duration: float) -> float:
+    """A duration [s] rounded up to nine digits, as many as messages show: so what they name is permitted."""
+    if duration <= 0.0:
+        return 0.0
+    scale = 1.0
+    while duration * scale < 1e8:
+        scale *= 10.0
+    while duration * scale >= 1e9:
+        scale *= 0.1
+    digits = int(duration * scale)
+    if digits / scale < duration:
+        digits += 1
+    return digits / scale

@@ -15,3 +15,13 @@ def cycloid(s: float, duration: float) -> tuple[float, float, float]:
         scale * rate * (1.0 - math.cos(angle)),
         scale * rate * rate * math.sin(angle),
     )
+
+
+def cycloid_peaks(duration: float) -> tuple[float, float]:
+    """Peak speed 2/T [1/s] and peak acceleration 2 pi/T^2 [1/s2] of the unit move."""
+    return 2.0 / duration, 2.0 * math.pi / (duration * duration)
+
+
+def cycloid_shortest(max_velocity: float, max_acceleration: float) -> float:
+    """Shortest duration [s] for limits of the unit move in 1/s and 1/s2."""
+    return max(2.0 / max_velocity, math.sqrt(2.0 * math.pi / max_acceleration))

@@ -11,7 +11,8 @@ from shaper_fmu.profiles.cycloid_versine_ramp import cycloid_versine_ramp
 def two_part(s: float, duration: float, natural_frequency: float, damping_ratio: float) -> tuple[float, float, float]:
     """Position [-], velocity [1/s] and acceleration [1/s2] at s in [0, duration] of a move over the unit distance.
 
-    The velocity jumps at the start, in the middle and at the end; the values in the middle are those of the second part.
+    The velocity jumps at the start and at the end. In the middle nothing jumps: the first part ends with the velocity and
+    the acceleration with which the second, its equal, begins.
     """
     half = 0.5 * duration
     done = 0.0

@@ -1,0 +1,44 @@
+"""The position controller: PID with the derivative on the measured velocity, a force limit and no windup."""
+
+from __future__ import annotations
+
+from shaper_fmu.component import Component, Input, Output, Parameter, State
+
+NO_LIMIT = 1e300
+
+
+class PositionController(Component):
+    """Force of a PD or PID position loop: Kp (reference - position) + Ki integral(reference - position) - Kd velocity.
+
+    The derivative part acts on the velocity alone, so that a jump of the reference gives no impulse. The force stays
+    within +-force_limit. Against windup the integration is conditional: it never carries the force beyond the limit, and
+    stops where a proportional or derivative part already does, unless it leads back. Over a held input the unlimited
+    force is a straight line in time, so the integral, and the moment at which it stops, are exact: dividing a step
+    changes nothing. (Back-calculation would add a time constant to choose, and its response would depend on it.)
+    """
+
+    reference = Input("m", "position wanted")
+    position = Input("m", "position measured")
+    velocity = Input("m/s", "velocity measured")
+    proportional_gain = Parameter(100.0, "N/m", "force per position error", min=0.0)
+    integral_gain = Parameter(0.0, "N/m/s", "rate of force per position error, 0 for a PD controller", min=0.0)
+    derivative_gain = Parameter(20.0, "N.s/m", "force against the velocity", min=0.0)
+    force_limit = Parameter(
+        NO_LIMIT, "N", "magnitude of the force never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True
+    )
+    force = Output("N", "force on the plant")
+
+    integral_force = State(0.0)
+
+    def step(self, t, h):
+        error = self.reference - self.position
+        direct = self.proportional_gain * error - self.derivative_gain * self.velocity
+        self.integral_force = integrated(self.integral_force, self.integral_gain * error * h, direct, self.force_limit)
+        self.force = max(-self.force_limit, min(self.force_limit, direct + self.integral_force))
+
+
+def integrated(integral: float, gain: float, direct: float, limit: float) -> float:
+    """The integral part [N] after a step that would add `gain` [N] to it, beside a held `direct` part [N]."""
+    if gain > 0.0:
+        return min(integral + gain, max(integral, limit - direct))
+    return max(integral + gain, min(integral, -limit - direct))

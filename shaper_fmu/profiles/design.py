@@ -1,0 +1,183 @@
+"""Motion profiles as Python objects: what `profile` returns and what analysis takes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shaper_fmu.commands.motion_profile import MotionProfile
+from shaper_fmu.errors import ComponentError
+from shaper_fmu.profiles.kinds import NO_LIMIT, Profile, inner_event, peaks, unit_move
+
+_NODES, _WEIGHTS = (values.tolist() for values in np.polynomial.legendre.leggauss(24))
+_PANEL = 2.0  # radians of the fastest oscillation, and nepers of the decay, per panel of the quadrature
+
+
+@dataclass(frozen=True)
+class MotionLaw:
+    """A rest-to-rest motion from 0 to `distance`, as the component MotionProfile gives it from time 0 on.
+
+    Attributes:
+        kind: the profile.
+        distance: distance moved [m].
+        duration: time from start to rest [s], 0 for a step.
+        natural_frequency: undamped natural frequency of the mode that the profile leaves at rest, where it does [rad/s].
+        damping_ratio: damping ratio of that mode.
+        max_velocity, max_acceleration: limits [m/s, m/s2], 1e300 for none.
+        shortest_duration: shortest duration that the limits permit [s], 0 without limits.
+        ramp: time of a trapezoid's ramp or of an S-curve's segment [s], 0 for the others.
+    """
+
+    kind: Profile
+    distance: float
+    duration: float
+    natural_frequency: float
+    damping_ratio: float
+    max_velocity: float
+    max_acceleration: float
+    shortest_duration: float
+    ramp: float
+
+    def _unit(self, s: float) -> tuple[float, float, float]:
+        return unit_move(self.kind, s, self.duration, self.ramp, self.natural_frequency, self.damping_ratio)
+
+    def _sampled(self, t: ArrayLike, which: int, after: float) -> np.ndarray:
+        times = np.asarray(t, dtype=float)
+        values = np.where(times >= self.duration, after, 0.0)
+        inside = (times >= 0.0) & (times < self.duration)
+        values[inside] = [self._unit(s)[which] for s in times[inside].tolist()]
+        return self.distance * values
+
+    def position(self, t: ArrayLike) -> np.ndarray:
+        """Position [m] at the times t [s], from the right where it jumps."""
+        return self._sampled(t, 0, 1.0)
+
+    def velocity(self, t: ArrayLike) -> np.ndarray:
+        """Velocity [m/s] at the times t [s], from the right where it jumps."""
+        return self._sampled(t, 1, 0.0)
+
+    def acceleration(self, t: ArrayLike) -> np.ndarray:
+        """Acceleration [m/s2] at the times t [s], from the right where it jumps."""
+        return self._sampled(t, 2, 0.0)
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Times at which position, velocity or acceleration jumps [s], rising."""
+        if self.kind == Profile.step:
+            return (0.0,)
+        if self.kind == Profile.trapezoid:
+            inner = (inner_event(self.kind, i, self.duration, self.ramp) for i in range(2))
+            return tuple(sorted({0.0, *inner, self.duration}))
+        if self.kind in (Profile.cycloid_versine_ramp, Profile.two_part):
+            return (0.0, self.duration)
+        return ()
+
+    @property
+    def pieces(self) -> tuple[float, ...]:
+        """Ends of the pieces on which the motion is smooth [s], rising."""
+        if self.kind == Profile.s_curve:
+            tau, end = self.ramp, self.duration
+            return tuple(sorted({0.0, tau, 2 * tau, end - 2 * tau, end - tau, end}))
+        return tuple(sorted({0.0, *self.jumps, self.duration}))
+
+    @property
+    def peak_velocity(self) -> float:
+        """Largest speed [m/s], infinite for a step."""
+        return self._peak(0)
+
+    @property
+    def peak_acceleration(self) -> float:
+        """Largest magnitude of the acceleration [m/s2], infinite where the velocity jumps."""
+        return self._peak(1)
+
+    def _peak(self, which: int) -> float:
+        if self.distance == 0.0:
+            return 0.0
+        found = peaks(self.kind, self.duration, self.ramp, self.natural_frequency, self.damping_ratio)
+        return abs(self.distance) * found[which]
+
+    def residual_vibration(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
+        """V on a mode [rad/s]: residual envelope at the end of the move over that of a step of its distance, at time 0.
+
+        V = |integral_0^T y' exp(p (T - t)) dt| / L with p = -zeta w + j w sqrt(1 - zeta^2) (Singer and Seering 1990), by
+        Gauss-Legendre quadrature on the smooth pieces, exact to rounding.
+        """
+        if not natural_frequency > 0.0 or not 0.0 <= damping_ratio < 1.0:
+            raise ComponentError(f"a mode needs w > 0 and 0 <= zeta < 1, not w = {natural_frequency}, zeta = {damping_ratio}")
+        if self.kind == Profile.step:
+            return 1.0
+        pole = natural_frequency * complex(-damping_ratio, math.sqrt(1.0 - damping_ratio * damping_ratio))
+        times, moves = self._quadrature(natural_frequency)
+        return float(abs(np.sum(moves * np.exp(pole * (self.duration - times)))))
+
+    def relative_residual(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
+        """Residual envelope over that of a step of the same distance at time 0, both at the same instant: V exp(zeta w T)."""
+        growth = damping_ratio * natural_frequency * self.duration
+        return self.residual_vibration(natural_frequency, damping_ratio) * math.exp(growth)
+
+    def _quadrature(self, natural_frequency: float) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes [s] and the unit move's velocity times the weights there."""
+        nodes, moves = [], []
+        for begin, end in zip(self.pieces, self.pieces[1:], strict=False):
+            panels = max(4, math.ceil(natural_frequency * (end - begin) / _PANEL))
+            width = (end - begin) / panels
+            for i in range(panels):
+                for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+                    nodes.append(begin + width * (i + 0.5 + 0.5 * node))
+                    moves.append(0.5 * width * weight * self._unit(nodes[-1])[1])
+        return np.array(nodes), np.array(moves)
+
+    @cached_property
+    def cruise_velocity(self) -> float:
+        """Speed between acceleration and deceleration of a trapezoid or S-curve [m/s], else 0.
+
+        An S-curve with segments shorter than about 0.24 Tn gets faster than this within them.
+        """
+        if self.kind == Profile.trapezoid:
+            return abs(self.distance) / (self.duration - self.ramp)
+        return abs(self.distance) / (self.duration - 2.0 * self.ramp) if self.kind == Profile.s_curve else 0.0
+
+
+def profile(
+    kind: Profile | str | int,
+    distance: float,
+    duration: float | None = None,
+    natural_frequency: float = 10.0,
+    damping_ratio: float = 0.0,
+    max_velocity: float = NO_LIMIT,
+    max_acceleration: float = NO_LIMIT,
+) -> MotionLaw:
+    """The motion of a kind over a distance [m] in a duration [s]; without one, in the shortest that the limits permit.
+
+    natural_frequency [rad/s] and damping_ratio are those of the mode that the profile shall leave at rest, where it can.
+    Limits in m/s and m/s2. Raises ComponentError for impossible input; it names the shortest possible duration.
+    """
+    component = MotionProfile(
+        profile=kind,
+        distance=distance,
+        duration=math.inf if duration is None else duration,
+        natural_frequency=natural_frequency,
+        damping_ratio=damping_ratio,
+        max_velocity=min(max_velocity, NO_LIMIT),
+        max_acceleration=min(max_acceleration, NO_LIMIT),
+    )
+    if duration is None:
+        component.duration = _shortest(component)
+    component.initialize()
+    given = {name: getattr(component, name) for name in MotionLaw.__dataclass_fields__ if name not in ("kind", "duration")}
+    span = 0.0 if component.profile == Profile.step else component.duration
+    return MotionLaw(kind=Profile(component.profile), duration=span, **given)
+
+
+def _shortest(component: MotionProfile) -> float:
+    """The shortest duration [s] that the component's limits permit; any positive number for a step."""
+    component.duration = NO_LIMIT
+    component.initialize()
+    if component.profile != Profile.step and component.shortest_duration == 0.0:
+        reason = "a move over no distance" if component.distance == 0.0 else "without max_velocity and max_acceleration"
+        raise ComponentError(f"MotionProfile: {reason} there is no shortest duration; give one")
+    return component.shortest_duration or 1.0

@@ -1,0 +1,53 @@
+"""Trapezoidal velocity: constant acceleration, cruise, constant deceleration; bang-bang where no cruise is left.
+
+With ramps of the duration ta, V = 1/(T - ta) and A = V/ta for the unit distance. A duration alone does not fix ta: each
+part takes a third, unless a limit would be broken; then ta is as near to T/3 as the limit allows. A speed limit makes
+the ramps shorter, V = max_velocity; an acceleration limit makes them longer, at most T/2 (bang-bang).
+The acceleration jumps at both ends of both ramps.
+"""
+
+from __future__ import annotations
+
+import math
+
+
+def trapezoid(s: float, duration: float, ramp: float) -> tuple[float, float, float]:
+    """Position [-], velocity [1/s] and acceleration [1/s2] at s in [0, duration] of a move over the unit distance.
+
+    ramp: duration of the acceleration and of the deceleration [s]. Where the acceleration jumps, it is that on the right.
+    """
+    speed = 1.0 / (duration - ramp)
+    left = duration - s
+    if s < ramp:
+        acceleration = speed / ramp
+        return 0.5 * acceleration * s * s, acceleration * s, acceleration
+    if s < duration - ramp:
+        return speed * (s - 0.5 * ramp), speed, 0.0
+    if left <= 0.0:
+        return 1.0, 0.0, 0.0
+    acceleration = speed / ramp
+    return 1.0 - 0.5 * acceleration * left * left, acceleration * left, -acceleration
+
+
+def trapezoid_ramp(duration: float, max_velocity: float, max_acceleration: float) -> float:
+    """Duration of each ramp [s] for a permitted duration [s]; limits of the unit move in 1/s and 1/s2.
+
+    1/(T - ta) <= v gives ta <= T - 1/v; 1/(ta (T - ta)) <= a gives ta >= (T - sqrt(T^2 - 4/a))/2.
+    """
+    root = math.sqrt(max(0.0, 1.0 - 4.0 / (max_acceleration * duration * duration)))
+    shortest = 2.0 / (max_acceleration * duration * (1.0 + root))  # without the difference's cancellation
+    longest = min(0.5 * duration, duration - 1.0 / max_velocity)
+    return max(0.0, min(max(duration / 3.0, shortest), longest))
+
+
+def trapezoid_peaks(duration: float, ramp: float) -> tuple[float, float]:
+    """Peak speed [1/s] and peak acceleration [1/s2] of the unit move; the latter is infinite without a ramp."""
+    speed = 1.0 / (duration - ramp)
+    return speed, (speed / ramp if ramp > 0.0 else math.inf)
+
+
+def trapezoid_shortest(max_velocity: float, max_acceleration: float) -> float:
+    """Shortest duration [s] for limits of the unit move in 1/s and 1/s2: 1/v + v/a with cruise, 2/sqrt(a) without."""
+    if max_velocity * max_velocity < max_acceleration:
+        return 1.0 / max_velocity + max_velocity / max_acceleration
+    return 2.0 / math.sqrt(max_acceleration)
