@@ -43,7 +43,8 @@ def random_parameters(component: type[Component], rng: random.Random) -> dict:
     """Values inside the domains, moderately far from the start values."""
     values = {}
     for variable in component.variables.values():
-        if variable.causality == "parameter" and variable.kind is float and not variable.name.startswith("custom"):
+        bound = variable.name.startswith("custom") or variable.name == "minimum_pulse_width"  # to what other parameters are
+        if variable.causality == "parameter" and variable.kind is float and not bound:
             scaled = [start * rng.uniform(0.5, 1.5) if start else rng.uniform(0.0, 0.4) for start in variable.starts]
             values[variable.name] = scaled if variable.size else scaled[0]
     return values

@@ -1,0 +1,4 @@
+"""Design of unity-magnitude on/off commands, one method a file; kernel functions over an array `switch_time` [s].
+
+The command is 0 before the first switch, 1 after it, 0 after the second, and so on; it is 1 after the last.
+"""

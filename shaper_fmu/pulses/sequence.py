@@ -1,0 +1,77 @@
+"""On/off commands as Python objects: what the design functions return."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass
+
+from shaper_fmu.errors import ComponentError
+
+
+@dataclass(frozen=True)
+class PulseSequence:
+    """A piecewise constant command that starts from 0.
+
+    Attributes:
+        switch_times: when the command switches [s], rising, from 0 on.
+        levels: the command after each switch [-]; the last one is where it ends.
+        travel_time: when the command has arrived [s]; not before the last switch.
+        certificate: largest residual of the equations that define the design; NaN where there are none.
+    """
+
+    switch_times: tuple[float, ...]
+    levels: tuple[float, ...]
+    travel_time: float
+    certificate: float = math.nan
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "switch_times", tuple(float(t) for t in self.switch_times))
+        object.__setattr__(self, "levels", tuple(float(level) for level in self.levels))
+        if len(self.switch_times) != len(self.levels) or not self.levels:
+            raise ComponentError(f"{len(self.levels)} levels for {len(self.switch_times)} switch times: each switch needs both")
+        if not all(map(math.isfinite, (*self.switch_times, *self.levels, self.travel_time))):
+            raise ComponentError("switch times, levels and the travel time must be finite numbers")
+        if any(b < a for a, b in zip((0.0, *self.switch_times), (*self.switch_times, self.travel_time), strict=True)):
+            raise ComponentError("switch times must not be negative nor decrease, and not lie after the travel time")
+        if self.levels[-1] == 0.0:
+            raise ComponentError("the command must end at a level other than 0")
+
+    @property
+    def switches(self) -> int:
+        """Number of switches."""
+        return len(self.switch_times)
+
+    @property
+    def pulses(self) -> int:
+        """Number of rising edges."""
+        return sum(after > before for before, after in zip((0.0, *self.levels), self.levels, strict=False))
+
+    @property
+    def minimum_pulse_width(self) -> float:
+        """Shortest time between two switches, of a pulse or of a gap [s]; infinite for a single switch."""
+        return min((b - a for a, b in zip(self.switch_times, self.switch_times[1:], strict=False)), default=math.inf)
+
+    def residual_vibration(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
+        """V = |exp(p tau) S|/L of Singer and Seering 1990, on a mode of natural_frequency [rad/s].
+
+        The residual envelope at the travel time tau over the envelope, at time 0, of a step to the same level L;
+        S = sum_i A_i exp(-p t_i) over the jumps, p = -zeta w + j wd.
+        """
+        pole = _pole(natural_frequency, damping_ratio)
+        jumps = zip((0.0, *self.levels), self.levels, self.switch_times, strict=False)
+        total = sum((after - before) * cmath.exp(pole * (self.travel_time - t)) for before, after, t in jumps)
+        return abs(total) / abs(self.levels[-1])
+
+    def relative_residual(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
+        """|S|/L = V exp(zeta w tau): the residual envelope over that of a step at time 0, both at the same instant."""
+        growth = math.exp(damping_ratio * natural_frequency * self.travel_time)
+        return growth * self.residual_vibration(natural_frequency, damping_ratio)
+
+
+def _pole(natural_frequency: float, damping_ratio: float) -> complex:
+    if not (natural_frequency > 0.0 and math.isfinite(natural_frequency)):
+        raise ComponentError(f"natural_frequency = {natural_frequency} rad/s must be a finite number greater than 0 rad/s")
+    if not 0.0 <= damping_ratio < 1.0:
+        raise ComponentError(f"damping_ratio = {damping_ratio} must be at least 0 and less than 1")
+    return natural_frequency * complex(-damping_ratio, math.sqrt(1.0 - damping_ratio * damping_ratio))
