@@ -15,7 +15,25 @@ from shaper_fmu.errors import BuildError
 from shaper_fmu.export.compile import KERNELS, freestanding_ir, jit, record_of
 from shaper_fmu.registry import components
 
-LIBM = {"sqrt", "exp", "sin", "cos", "pow", "fmod", "tan", "acos", "asin", "atan", "atan2", "log", "fabs", "sinh", "cosh", "floor", "ceil"}
+LIBM = {
+    "sqrt",
+    "exp",
+    "sin",
+    "cos",
+    "pow",
+    "fmod",
+    "tan",
+    "acos",
+    "asin",
+    "atan",
+    "atan2",
+    "log",
+    "fabs",
+    "sinh",
+    "cosh",
+    "floor",
+    "ceil",
+}
 
 
 class NativeKernels:

@@ -336,7 +336,7 @@ def test_unity_magnitude_solves_its_equations(kind, zeta, w):
 
 
 def test_unity_magnitude_near_critical_damping_is_refused():
-    with pytest.raises(ComponentError, match=r"no unity magnitude switch times were found for a damping ratio of 0\.99"):
+    with pytest.raises(ComponentError, match=r"no um_zvd shaper was found for the damping ratio 0\.99"):
         unity_magnitude_pulses("zvd", W, 0.99)
 
 

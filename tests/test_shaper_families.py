@@ -55,7 +55,9 @@ def test_undamped_table(kind):
     assert sequence.amplitudes == pytest.approx(amplitudes, abs=1e-6)
     assert sequence.insensitivity(1.0) == pytest.approx(five, abs={"um_zv": 6e-5, "um_zvd": 6e-4}.get(kind, 2e-5))
     if ten is not None:
-        assert sequence.insensitivity(1.0, tolerance=0.1) == pytest.approx(ten, abs=6e-5 if kind in ("ei", "three_hump_ei") else 2e-5)
+        assert sequence.insensitivity(1.0, tolerance=0.1) == pytest.approx(
+            ten, abs=6e-5 if kind in ("ei", "three_hump_ei") else 2e-5
+        )
 
 
 @pytest.mark.parametrize("tolerance", [0.01, 0.05, 0.2])

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from shaper_fmu.component import NO_EVENT, Calculated, Component, Input, Output, Parameter, State, time_tolerance
+from shaper_fmu.component import NO_EVENT, Calculated, Input, Output, Parameter, State, time_tolerance
 from shaper_fmu.shapers.convolution import convolve
 from shaper_fmu.shapers.kinds import Shaper, design_mode
-from shaper_fmu.shapers.newton import UNKNOWNS
 from shaper_fmu.shapers.sensitivity import insensitivity
+from shaper_fmu.shapers.workspace import DesignWorkspace
 
 MODES = 4
 MODE_IMPULSES = 16
@@ -22,7 +22,7 @@ TOO_MUCH_UNDER_WAY = 5
 BAD_TUNING = 6
 
 
-class InputShaper(Component):
+class InputShaper(DesignWorkspace):
     """Convolves any incoming command with a designed impulse sequence, so that flexible modes are not excited.
 
     shaped(t) = sum_i A_i command(t - t_i), with the impulses A_i, t_i of the chosen shaper for each shaped mode,
@@ -94,18 +94,6 @@ class InputShaper(Component):
     jump_size = State(size=UNDER_WAY)
     offset = State(0.0)  # what is still missing of former designs
 
-    factor_amplitude = State(size=MODE_IMPULSES)  # work space of the design
-    factor_delay = State(size=MODE_IMPULSES)
-    unknown = State(size=UNKNOWNS)
-    kept = State(size=UNKNOWNS)
-    residual = State(size=UNKNOWNS)
-    above = State(size=UNKNOWNS)
-    below = State(size=UNKNOWNS)
-    jacobian = State(size=UNKNOWNS * UNKNOWNS)
-    damping = State(0.0)
-    tolerance = State(0.0)
-    humps = State(0)
-
     def start(self):
         self.edge_value[0] = self.initial_command
         self.shaped = self.initial_command
@@ -144,7 +132,6 @@ def design(m):
     m.delay[0] = 0.0
     m.impulses = 1
     m.certificate = 0.0
-    certificate = 0.0
     for mode in range(MODES):
         m.tuned_frequency[mode] = m.natural_frequency[mode]
         m.tuned_damping[mode] = m.damping_ratio[mode]
@@ -159,11 +146,10 @@ def design(m):
                 count = design_mode(m, m.shaper, m.damping_ratio[mode])
                 if count == 0:
                     return NO_SOLUTION
-                certificate = max(certificate, m.certificate)
+                m.certificate = max(m.certificate, m.certificate_left)
                 for i in range(count):
                     m.factor_delay[i] /= m.natural_frequency[mode]
                 m.impulses = convolve(m.amplitude, m.delay, m.impulses, m.factor_amplitude, m.factor_delay, count)
-    m.certificate = certificate
     m.duration = m.delay[m.impulses - 1]
     mode = first_shaped_mode(m)
     m.insensitivity = insensitivity(

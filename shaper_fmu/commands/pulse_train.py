@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from shaper_fmu.component import NO_EVENT, Calculated, Component, Output, Parameter, State, time_tolerance
+from shaper_fmu.component import NO_EVENT, Calculated, Output, Parameter, State, time_tolerance
 from shaper_fmu.profiles.cycloid_versine_ramp import cycloid_versine_ramp
 from shaper_fmu.pulses.carrier import carrier_frequency, carrier_switches, triangle
 from shaper_fmu.pulses.carrier_polished import polish_until_wide
 from shaper_fmu.pulses.minimax import BAND, NONE, minimax_switches
 from shaper_fmu.pulses.minimum_width import enforce_minimum_width
 from shaper_fmu.pulses.residual import shortest_width, switch_residual
-from shaper_fmu.pulses.unity_magnitude import SOLVED, WORK, unity_magnitude_switches
 from shaper_fmu.pulses.zv_carrier import half_damped_period, staircase_level, zv_carrier_switches
+from shaper_fmu.shapers.unity_magnitude import unity_magnitude_zv, unity_magnitude_zvd
+from shaper_fmu.shapers.workspace import DesignWorkspace
 
 SWITCHES = 1024
 
@@ -33,7 +34,7 @@ class Design(IntEnum):
     zv_carrier = 6
 
 
-class PulseTrain(Component):
+class PulseTrain(DesignWorkspace):
     """A command that is only ever on or off, and moves a flexible machine with little or no residual vibration.
 
     carrier: on where the cycloid + ramped versine + ramp profile of `duration` is above a triangle carrier of
@@ -73,7 +74,6 @@ class PulseTrain(Component):
 
     switch_time = State(size=SWITCHES)  # since the start of the command
     original_time = State(size=SWITCHES)
-    work = State(size=WORK)
     frequency = State()  # of the carrier [Hz], 0 without one
     damped_period = State()
 
@@ -116,10 +116,13 @@ def design_switches(m):
         worst = minimax_switches(m.switch_time, m.duration, m.natural_frequency, m.damping_ratio, BAND)
         return 5 if worst < NONE else -NO_MINIMAX
     if m.design == Design.um_zv or m.design == Design.um_zvd:
-        order = 1 if m.design == Design.um_zvd else 0
-        certificate = unity_magnitude_switches(m.switch_time, m.work, order, m.natural_frequency, m.damping_ratio)
-        m.travel_time = m.switch_time[2 + 2 * order]
-        return 3 + 2 * order if certificate < SOLVED else -NO_UNITY_MAGNITUDE
+        count = unity_magnitude_zv(m, m.damping_ratio) if m.design == Design.um_zv else unity_magnitude_zvd(m, m.damping_ratio)
+        if count == 0:
+            return -NO_UNITY_MAGNITUDE
+        for i in range(count):
+            m.switch_time[i] = m.factor_delay[i] / m.natural_frequency
+        m.travel_time = m.switch_time[count - 1]
+        return count
     m.frequency = carrier_frequency(m.natural_frequency, m.damping_ratio, m.frequency_ratio)
     if m.design == Design.zv_carrier:
         m.travel_time = 0.5 * m.damped_period

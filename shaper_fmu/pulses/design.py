@@ -12,8 +12,8 @@ from shaper_fmu.pulses.minimax import BAND, NONE, minimax_switches
 from shaper_fmu.pulses.minimum_width import enforce_minimum_width
 from shaper_fmu.pulses.residual import switch_residual
 from shaper_fmu.pulses.sequence import PulseSequence
-from shaper_fmu.pulses.unity_magnitude import SOLVED, WORK, unity_magnitude_switches
 from shaper_fmu.pulses.zv_carrier import half_damped_period, zv_carrier_switches
+from shaper_fmu.shapers.design import shaper
 
 MOST_SWITCHES = 100_000
 
@@ -98,14 +98,10 @@ def unity_magnitude_pulses(
     _check(natural_frequency, damping_ratio, minimum_pulse_width=minimum_pulse_width)
     if kind not in ("zv", "zvd"):
         raise ComponentError(f"kind = {kind!r} is neither 'zv' nor 'zvd'")
-    order = 1 if kind == "zvd" else 0
-    times = [0.0] * 5
-    certificate = unity_magnitude_switches(times, [0.0] * WORK, order, natural_frequency, damping_ratio)
-    if not certificate < SOLVED:
-        raise ComponentError(f"no unity magnitude switch times were found for a damping ratio of {damping_ratio:g}")
-    travel = times[2 + 2 * order]
-    count = enforce_minimum_width(times, 3 + 2 * order, minimum_pulse_width)
-    return _on_off(times[:count], travel, certificate)
+    sequence = shaper(f"um_{kind}", natural_frequency, damping_ratio)
+    times = list(sequence.delays)
+    count = enforce_minimum_width(times, len(times), minimum_pulse_width)
+    return _on_off(times[:count], sequence.duration, sequence.certificate)
 
 
 def zv_carrier_pulses(

@@ -3,26 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from shaper_fmu.errors import ComponentError, nearest
 from shaper_fmu.shapers.kinds import Shaper, design_mode
-from shaper_fmu.shapers.newton import UNKNOWNS
 from shaper_fmu.shapers.sequence import ImpulseSequence, convolve_all
-
-
-class _Workspace:
-    """The fields of the record that the design kernels use."""
-
-    def __init__(self, vibration_tolerance: float, negative_amplitude: float, equal_impulses: int):
-        self.vibration_tolerance = vibration_tolerance
-        self.negative_amplitude = negative_amplitude
-        self.equal_impulses = equal_impulses
-        self.factor_amplitude, self.factor_delay = [0.0] * UNKNOWNS, [0.0] * UNKNOWNS
-        self.unknown, self.kept, self.residual = [0.0] * UNKNOWNS, [0.0] * UNKNOWNS, [0.0] * UNKNOWNS
-        self.above, self.below = [0.0] * UNKNOWNS, [0.0] * UNKNOWNS
-        self.jacobian = [0.0] * (UNKNOWNS * UNKNOWNS)
-        self.damping = self.tolerance = self.certificate = 0.0
-        self.humps = 0
+from shaper_fmu.shapers.workspace import DesignWorkspace
 
 
 def shaper(
@@ -60,13 +46,16 @@ def shaper(
     for w, zeta in zip(frequencies, ratios, strict=True):
         _check("natural_frequency", w, 0.0 < w < float("inf"), "> 0 rad/s")
         _check("damping_ratio", zeta, 0.0 <= zeta < 1.0, "0 <= zeta < 1")
-        workspace = _Workspace(vibration_tolerance, negative_amplitude, equal_impulses)
+        workspace: Any = DesignWorkspace()
+        workspace.vibration_tolerance = vibration_tolerance
+        workspace.negative_amplitude = negative_amplitude
+        workspace.equal_impulses = equal_impulses
         count = design_mode(workspace, chosen, zeta)
         if count == 0:
             limit = f"the damping ratio {zeta:g}, only up to {workspace.damping:.4g}"
             raise ComponentError(f"no {chosen.name} shaper was found for {limit}")
         delays = tuple(t / w for t in workspace.factor_delay[:count])
-        sequences.append(ImpulseSequence(tuple(workspace.factor_amplitude[:count]), delays, workspace.certificate))
+        sequences.append(ImpulseSequence(tuple(workspace.factor_amplitude[:count]), delays, workspace.certificate_left))
     return convolve_all(sequences)
 
 

@@ -35,7 +35,7 @@ class Shaper(IntEnum):
 def design_mode(m, kind, damping_ratio):
     """Write the sequence of this kind for 1 rad/s into m.factor_amplitude and m.factor_delay.
 
-    Returns the number of impulses, 0 if there is no such shaper. m.certificate becomes the largest residual of the
+    Returns the number of impulses, 0 if there is no such shaper. m.certificate_left becomes the largest residual of the
     equations that define it.
     """
     if kind == Shaper.ei:
@@ -54,7 +54,7 @@ def design_mode(m, kind, damping_ratio):
         return specified_negative_amplitude(m, damping_ratio)
     count = _closed_form(m, kind, damping_ratio)
     cosine, sine, _, _ = vibration_sums(m.factor_amplitude, m.factor_delay, count, damping_ratio, 1.0)
-    m.certificate = max(abs(cosine), abs(sine))
+    m.certificate_left = max(abs(cosine), abs(sine))
     return count
 
 

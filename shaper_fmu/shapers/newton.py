@@ -21,7 +21,7 @@ _SMALLEST_STEP = 1e-3
 def follow_damping(m, system, unknowns, damping_ratio):
     """Solve at damping 0 from the guess in m.unknown, then follow the solution to `damping_ratio`; True if it gets there.
 
-    m.damping is the damping ratio that the system function reads; the residual that is left is in m.certificate.
+    m.damping is the damping ratio that the system function reads; the residual that is left is in m.certificate_left.
     """
     m.damping = 0.0
     if not newton(m, system, unknowns):
@@ -59,7 +59,7 @@ def newton(m, system, unknowns):
     for _ in range(_MOST_ITERATIONS):
         system(m, m.unknown, m.residual)
         worst = _largest(m.residual, unknowns)
-        m.certificate = worst
+        m.certificate_left = worst
         if worst <= _ROUNDING or (worst < CERTIFIED and worst > 0.1 * last):
             return True
         if not worst < 1e3:
@@ -72,7 +72,7 @@ def newton(m, system, unknowns):
             m.unknown[i] -= m.residual[i]
         if not _largest(m.unknown, unknowns) < _FARTHEST:
             return False
-    return m.certificate < CERTIFIED
+    return m.certificate_left < CERTIFIED
 
 
 def _largest(values, count):

@@ -12,6 +12,7 @@ from shaper_fmu.shapers.newton import follow_damping, newton
 
 _UM_ZVD = (0.56242398, 2.30111484, 4.03980571, 4.60222969)  # rad: a guess, improved to the last bit
 _TOLERANCE_STEPS = 20
+_FADED = 1e-9  # where the first impulse has decayed this far, the last ones shrink to nothing and solve the equations trivially
 
 
 def unity_magnitude_zv(m, damping_ratio):
@@ -89,7 +90,9 @@ def _solved(m, equations, unknowns, count, damping_ratio):
     if not follow_damping(m, equations, unknowns, damping_ratio):
         return 0
     _unpack(m, m.unknown, count)
-    return count if rising(m.factor_delay, 0, count - 1) else 0
+    if math.exp(-damping_ratio * m.factor_delay[count - 1]) < _FADED or not rising(m.factor_delay, 0, count - 1):
+        return 0
+    return count
 
 
 def _unpack(m, x, count):
