@@ -9,25 +9,83 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from shaper_fmu.analysis.vibration import damping_curve, insensitivity, relative_residual, sensitivity_curve, tolerated_band
     from shaper_fmu.component import Calculated, Component, Input, Output, Parameter, State
     from shaper_fmu.errors import ShaperFmuError
     from shaper_fmu.export.pythonfmu_backend import build_fmu
     from shaper_fmu.master.results import Results
     from shaper_fmu.master.system import System
+    from shaper_fmu.profiles.design import Profile, profile
+    from shaper_fmu.pulses.design import (
+        carrier_pulses,
+        minimax_pulses,
+        polished_pulses,
+        unity_magnitude_pulses,
+        zv_carrier_pulses,
+    )
+    from shaper_fmu.pulses.sequence import PulseSequence
     from shaper_fmu.registry import components, find_component
+    from shaper_fmu.shapers.design import shaper
+    from shaper_fmu.shapers.floor import distance_to_floor, shortest_duration
+    from shaper_fmu.shapers.sequence import ImpulseSequence
+    from shaper_fmu.shapers.specified_insensitivity import Band, specified_insensitivity
+    from shaper_fmu.shapers.two_mode import direct_two_mode
 
 __version__ = "0.1.0"
 
-_HOME = {
-    "Calculated": "component", "Component": "component", "Input": "component", "Output": "component",
-    "Parameter": "component", "State": "component", "ShaperFmuError": "errors", "build_fmu": "export.pythonfmu_backend",
-    "Results": "master.results", "System": "master.system", "components": "registry", "find_component": "registry",
-}  # fmt: skip
+_HOMES = {
+    "analysis.vibration": ["damping_curve", "insensitivity", "relative_residual", "sensitivity_curve", "tolerated_band"],
+    "component": ["Calculated", "Component", "Input", "Output", "Parameter", "State"],
+    "errors": ["ShaperFmuError"],
+    "export.pythonfmu_backend": ["build_fmu"],
+    "master.results": ["Results"],
+    "master.system": ["System"],
+    "profiles.design": ["Profile", "profile"],
+    "pulses.design": ["carrier_pulses", "minimax_pulses", "polished_pulses", "unity_magnitude_pulses", "zv_carrier_pulses"],
+    "pulses.sequence": ["PulseSequence"],
+    "registry": ["components", "find_component"],
+    "shapers.design": ["shaper"],
+    "shapers.floor": ["distance_to_floor", "shortest_duration"],
+    "shapers.sequence": ["ImpulseSequence"],
+    "shapers.specified_insensitivity": ["Band", "specified_insensitivity"],
+    "shapers.two_mode": ["direct_two_mode"],
+}
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "Calculated", "Component", "Input", "Output", "Parameter", "Results", "ShaperFmuError", "State", "System",
-    "build_fmu", "components", "find_component",
-]  # fmt: skip
+    "Band",
+    "Calculated",
+    "Component",
+    "ImpulseSequence",
+    "Input",
+    "Output",
+    "Parameter",
+    "Profile",
+    "PulseSequence",
+    "Results",
+    "ShaperFmuError",
+    "State",
+    "System",
+    "build_fmu",
+    "carrier_pulses",
+    "components",
+    "damping_curve",
+    "direct_two_mode",
+    "distance_to_floor",
+    "find_component",
+    "insensitivity",
+    "minimax_pulses",
+    "polished_pulses",
+    "profile",
+    "relative_residual",
+    "sensitivity_curve",
+    "shaper",
+    "shortest_duration",
+    "specified_insensitivity",
+    "tolerated_band",
+    "unity_magnitude_pulses",
+    "zv_carrier_pulses",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -2,23 +2,57 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from shaper_fmu.console import out, show
 from shaper_fmu.errors import ComponentError, nearest
+from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind
+from shaper_fmu.report.page import Table
 from shaper_fmu.shapers.design import shaper
 from shaper_fmu.shapers.kinds import Shaper
 from shaper_fmu.shapers.sequence import ImpulseSequence
 
-OFFLINE = ("si", "direct_zv", "direct_zvd")
-KINDS = [item.name for item in Shaper if item != Shaper.custom] + list(OFFLINE)
+if TYPE_CHECKING:
+    from shaper_fmu.report.page import Block
+
+SHAPERS = [item.name for item in Shaper if item != Shaper.custom]
+OFFLINE = ["si", "direct_zv", "direct_zvd"]
+PROFILES = [item.name for item in ProfileKind]
+PULSES = ["carrier", "carrier_polished", "minimax", "zv_carrier"]
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """The options, as given."""
+
+    kind: str
+    frequencies: list[float]
+    ratios: list[float]
+    tolerance: float
+    negative_amplitude: float
+    equal_impulses: int
+    low: float | None
+    high: float | None
+    distance: float
+    duration: float | None
+    max_velocity: float
+    max_acceleration: float
+    frequency_ratio: float
+    minimum_pulse_width: float
 
 
 def design(
-    kind: Annotated[str, typer.Argument(help=f"One of {', '.join(KINDS)}.")],
+    kind: Annotated[
+        str,
+        typer.Argument(
+            help=f"A shaper ({', '.join(SHAPERS + OFFLINE)}), a profile ({', '.join(PROFILES)}), "
+            f"or a pulse train ({', '.join(PULSES)})."
+        ),
+    ],
     natural_frequency: Annotated[
         list[float] | None,
         typer.Option("--natural-frequency", "-w", help="Undamped natural frequency [rad/s]; repeat it for several modes."),
@@ -31,52 +65,93 @@ def design(
     equal_impulses: Annotated[int, typer.Option(help="Number of impulses of miszv.")] = 3,
     low: Annotated[float | None, typer.Option(help="Lowest natural frequency that si tolerates [rad/s].")] = None,
     high: Annotated[float | None, typer.Option(help="Highest natural frequency that si tolerates [rad/s].")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Write a page with the sensitivity curves, and a picture of each.")] = None,
+    distance: Annotated[float, typer.Option(help="Distance of a profile [m].")] = 1.0,
+    duration: Annotated[
+        float | None, typer.Option(help="Duration of a profile (default: the shortest) or pulse train [s].")
+    ] = None,
+    max_velocity: Annotated[float, typer.Option(help="Speed that a profile never exceeds [m/s].")] = NO_LIMIT,
+    max_acceleration: Annotated[float, typer.Option(help="Acceleration that a profile never exceeds [m/s2].")] = NO_LIMIT,
+    frequency_ratio: Annotated[float, typer.Option(help="Carrier frequency over the damped one, of pulse trains.")] = 13.0,
+    minimum_pulse_width: Annotated[float, typer.Option(help="Shortest pulse or gap of pulse trains [s].")] = 0.0,
+    plot: Annotated[Path | None, typer.Option(help="Write a page with the curves to this file, and a picture of each.")] = None,
 ) -> None:
-    """Design a shaper: print its impulses, duration, insensitivity and distance to the floor; plot its sensitivity.
+    """Design a shaper, a profile or a pulse train: print its numbers and figures of merit, plot its sensitivity.
 
     si: specified insensitivity from --low to --high. direct_zv, direct_zvd: two modes at once, shorter than convolved.
     Example: shaper-fmu design zvd --natural-frequency 5 --damping-ratio 0.1 --plot zvd.html
     """
-    from shaper_fmu.report.design_report import design_blocks, impulse_table, merit_table
     from shaper_fmu.report.page import write_report
 
-    frequencies, ratios = natural_frequency or [], damping_ratio or [0.0]
-    if kind == "si":
-        if low is None or high is None:
-            raise typer.BadParameter("si needs --low and --high", param_hint="KIND")
-        frequencies = frequencies or [0.5 * (low + high)]
-        sequence = _specified(low, high, tolerance, ratios[0])
-    elif not frequencies:
-        raise typer.BadParameter("give at least one", param_hint="--natural-frequency")
-    elif kind in OFFLINE:
-        sequence = _direct(kind, frequencies, ratios)
-    elif kind in KINDS:
-        damping = ratios[0] if len(ratios) == 1 else ratios
-        options = {"negative_amplitude": negative_amplitude, "equal_impulses": equal_impulses}
-        sequence = shaper(kind, frequencies, damping, vibration_tolerance=tolerance, **options)
-    else:
-        raise ComponentError(f"there is no shaper {kind!r}.{nearest(kind, KINDS)}")
-    mode = frequencies[0], ratios[0], tolerance
-    show(impulse_table(sequence))
-    show(merit_table(sequence, *mode))
-    if len(frequencies) > 1:
-        out.print(f"The figures of merit are for the first mode, {frequencies[0]:g} rad/s.")
+    wanted = _Wanted(
+        kind, natural_frequency or [], damping_ratio or [0.0], tolerance, negative_amplitude, equal_impulses, low, high,
+        distance, duration, max_velocity, max_acceleration, frequency_ratio, minimum_pulse_width,
+    )  # fmt: skip
+    blocks = _blocks(wanted)
+    for block in blocks:
+        if isinstance(block, Table):
+            show(block)
+    if len(wanted.frequencies) > 1:
+        out.print(f"The figures of merit are for the first mode, {wanted.frequencies[0]:g} rad/s.")
     if plot:
-        title = f"{kind} for {', '.join(f'{w:g}' for w in frequencies)} rad/s"
-        for path in write_report(plot, title, design_blocks(kind, sequence, *mode)):
+        title = f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s"
+        for path in write_report(plot, title, blocks):
             out.print(f"wrote {path}")
 
 
-def _specified(low: float, high: float, tolerance: float, damping_ratio: float) -> ImpulseSequence:
+def _blocks(wanted: _Wanted) -> list[Block]:
+    from shaper_fmu.report.design_report import Mode, profile_blocks, pulse_blocks, shaper_blocks
+
+    known = SHAPERS + OFFLINE + PROFILES + PULSES
+    if wanted.kind not in known:
+        raise ComponentError(f"there is no shaper, profile or pulse train {wanted.kind!r}.{nearest(wanted.kind, known)}")
+    if wanted.kind == "si":
+        if wanted.low is None or wanted.high is None:
+            raise typer.BadParameter("si needs --low and --high", param_hint="KIND")
+        wanted.frequencies.append(0.5 * (wanted.low + wanted.high))
+    if not wanted.frequencies:
+        raise typer.BadParameter("give at least one", param_hint="--natural-frequency")
+    mode = Mode(wanted.frequencies[0], wanted.ratios[0], wanted.tolerance)
+    if wanted.kind in PROFILES:
+        from shaper_fmu.profiles.design import profile
+
+        limits = {"max_velocity": wanted.max_velocity, "max_acceleration": wanted.max_acceleration}
+        law = profile(wanted.kind, wanted.distance, wanted.duration, mode.natural_frequency, mode.damping_ratio, **limits)
+        return profile_blocks(wanted.kind, law, mode)
+    if wanted.kind in PULSES:
+        return pulse_blocks(wanted.kind, _pulses(wanted), mode)
+    return shaper_blocks(wanted.kind, _sequence(wanted), mode)
+
+
+def _sequence(wanted: _Wanted) -> ImpulseSequence:
     from shaper_fmu.shapers.specified_insensitivity import specified_insensitivity
-
-    return specified_insensitivity(low, high, tolerance, damping_ratio)
-
-
-def _direct(kind: str, frequencies: list[float], ratios: list[float]) -> ImpulseSequence:
     from shaper_fmu.shapers.two_mode import direct_two_mode
 
-    if len(frequencies) != 2:
-        raise ComponentError(f"{kind} is for two modes; {len(frequencies)} natural frequencies were given")
-    return direct_two_mode(frequencies, ratios if len(ratios) == 2 else ratios * 2, kind.removeprefix("direct_"))
+    ratios = wanted.ratios
+    if wanted.low is not None and wanted.high is not None and wanted.kind == "si":
+        return specified_insensitivity(wanted.low, wanted.high, wanted.tolerance, ratios[0])
+    if wanted.kind in OFFLINE:
+        if len(wanted.frequencies) != 2:
+            raise ComponentError(f"{wanted.kind} is for two modes; {len(wanted.frequencies)} natural frequencies were given")
+        return direct_two_mode(wanted.frequencies, ratios if len(ratios) == 2 else ratios * 2, wanted.kind.removeprefix("direct_"))
+    return shaper(
+        wanted.kind,
+        wanted.frequencies,
+        ratios[0] if len(ratios) == 1 else ratios,
+        vibration_tolerance=wanted.tolerance,
+        negative_amplitude=wanted.negative_amplitude,
+        equal_impulses=wanted.equal_impulses,
+    )
+
+
+def _pulses(wanted: _Wanted):
+    from shaper_fmu.pulses.design import carrier_pulses, minimax_pulses, polished_pulses, zv_carrier_pulses
+
+    w, zeta, width = wanted.frequencies[0], wanted.ratios[0], wanted.minimum_pulse_width
+    if wanted.kind == "zv_carrier":
+        return zv_carrier_pulses(w, zeta, wanted.frequency_ratio, minimum_pulse_width=width)
+    if wanted.duration is None:
+        raise typer.BadParameter(f"{wanted.kind} needs one", param_hint="--duration")
+    if wanted.kind == "minimax":
+        return minimax_pulses(wanted.duration, w, zeta, minimum_pulse_width=width)
+    make = carrier_pulses if wanted.kind == "carrier" else polished_pulses
+    return make(wanted.duration, w, zeta, wanted.frequency_ratio, minimum_pulse_width=width)

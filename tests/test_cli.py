@@ -159,7 +159,7 @@ def test_design_of_a_specified_insensitivity_lies_on_the_floor(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
-        (["design", "zvx", "-w", "5"], 1, "there is no shaper 'zvx'. Did you mean 'zv"),
+        (["design", "zvx", "-w", "5"], 1, "there is no shaper, profile or pulse train 'zvx'. Did you mean 'zv"),
         (["design", "zv"], 2, "give at least one"),
         (["design", "si", "--low", "4"], 2, "si needs --low and --high"),
         (["design", "zv", "-w", "-5"], 1, "natural_frequency = -5.0 is outside its domain"),
@@ -170,3 +170,22 @@ def test_design_tells_what_is_wrong(tmp_path, arguments, code, words):
     done = command(*arguments, cwd=tmp_path)
     assert (done.returncode, "Traceback" in done.stderr) == (code, False)
     assert words in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        # peak speed of a 3-4-5 polynomial is 15/8 L/T, its peak acceleration 10/sqrt(3) L/T^2
+        (["polynomial_345", "-w", "5", "--distance", "2", "--duration", "4"], ["0.9375 m/s", "0.721687836 m/s2"]),
+        # a trapezoid at both limits: T = L/v + v/a
+        (["trapezoid", "-w", "5", "--distance", "2", "--max-velocity", "0.5", "--max-acceleration", "1"], ["4.5 s", "0.5 m/s"]),
+        # five switches of the minimax command on the plant of Taskin, Kilic and Kapucu 2019
+        (["minimax", "-w", "22.9476", "-z", "0.0891", "--duration", "0.1374496"], ["0.02861", "0.1196", "Switches"]),
+        (["zv_carrier", "-w", "22.9476", "-z", "0.0891", "--frequency-ratio", "12"], ["1.037", "Switches"]),
+    ],
+)
+def test_design_of_profiles_and_pulses(tmp_path, arguments, words):
+    done = command("design", *arguments, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    for word in words:
+        assert word in done.stdout

@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from shaper_fmu.commands.motion_profile import MotionProfile, Profile
+from shaper_fmu.commands.motion_profile import MotionProfile, ProfileKind
 from shaper_fmu.component import NO_EVENT
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.export.compile import jit, record_of
-from shaper_fmu.profiles.design import MotionLaw, profile
+from shaper_fmu.profiles.design import Profile, profile
 from shaper_fmu.profiles.s_curve import s_curve, s_curve_segment_time
 from shaper_fmu.profiles.s_curve_limits import s_curve_peaks
 
@@ -106,7 +106,7 @@ def events(component):
     return found
 
 
-@pytest.mark.parametrize("kind", list(Profile))
+@pytest.mark.parametrize("kind", list(ProfileKind))
 def test_before_and_after_the_move_everything_rests(kind):
     before = profile_at([0.0, START - 1e-6], profile=kind)
     after = profile_at([START + DURATION, START + DURATION + 1.0], profile=kind)
@@ -146,7 +146,7 @@ def test_a_bang_bang_move_announces_its_one_switch():
     assert events(component) == [1.0, 3.0, 5.0]
 
 
-@pytest.mark.parametrize("kind", list(Profile))
+@pytest.mark.parametrize("kind", list(ProfileKind))
 def test_an_event_within_rounding_of_a_communication_point_is_taken_from_the_right(kind):
     component = MotionProfile(profile=kind, duration=DURATION, start_time=START, natural_frequency=W, damping_ratio=ZETA)
     for event in events(component):
@@ -163,7 +163,7 @@ def test_an_event_within_rounding_of_a_communication_point_is_taken_from_the_rig
 FREQUENCY = 22.048710
 """First mode of the beam of Ozokutan, Karadag, Kapucu and Kutuk 2025 [rad/s]."""
 PERIOD = 2 * math.pi / FREQUENCY
-SMOOTH = [kind for kind in Profile if kind != Profile.step]
+SMOOTH = [kind for kind in ProfileKind if kind != ProfileKind.step]
 
 laws = st.builds(
     profile,
@@ -245,10 +245,10 @@ def test_peaks_are_those_of_a_dense_sampling(law):
         assert np.abs(law.acceleration(t)).max() == pytest.approx(law.peak_acceleration, rel=2e-4)
         assert np.abs(law.acceleration(t)).max() <= law.peak_acceleration * (1 + 1e-12)
     else:
-        assert law.kind in (Profile.cycloid_versine_ramp, Profile.two_part)
+        assert law.kind in (ProfileKind.cycloid_versine_ramp, ProfileKind.two_part)
 
 
-@pytest.mark.parametrize("kind", list(Profile))
+@pytest.mark.parametrize("kind", list(ProfileKind))
 def test_the_object_is_the_component(kind):
     law = profile(kind, DISTANCE, DURATION, W, ZETA)
     t = np.linspace(-0.02, DURATION + 0.02, 47)
@@ -267,21 +267,21 @@ def test_a_step_as_an_object():
 # ---- compiled ----
 
 
-@pytest.mark.parametrize("kind", list(Profile))
+@pytest.mark.parametrize("kind", list(ProfileKind))
 def test_each_kind_compiled_gives_the_same_bits(kind):
     start, step = jit(MotionProfile, "start"), jit(MotionProfile, "step")
     rng = random.Random(int(kind))
-    jumping = kind in (Profile.step, Profile.cycloid_versine_ramp, Profile.two_part)
+    jumping = kind in (ProfileKind.step, ProfileKind.cycloid_versine_ramp, ProfileKind.two_part)
     statuses = set()
     for i in range(24):
-        limits = {} if kind == Profile.step and i % 2 else {"max_velocity": rng.uniform(0.5, 4.0)}
+        limits = {} if kind == ProfileKind.step and i % 2 else {"max_velocity": rng.uniform(0.5, 4.0)}
         limits |= {} if jumping and i % 4 else {"max_acceleration": rng.uniform(2.0, 20.0)}
         component = MotionProfile(profile=kind, duration=rng.uniform(0.2, 3.0), damping_ratio=rng.choice([0.0, 0.1, 0.8]), **limits)
         record = record_of(component)
         statuses.add(component.start() or 0)
         assert start(record[0]) == (component.start() or 0)
         assert record_of(component).tobytes() == record.tobytes()
-        for k in range(30 if component.ramp or jumping or kind < Profile.s_curve else 0):
+        for k in range(30 if component.ramp or jumping or kind < ProfileKind.s_curve else 0):
             component.step(0.11 * k, 0.11)
             step(record[0], 0.11 * k, 0.11)
             assert record_of(component).tobytes() == record.tobytes()
@@ -350,8 +350,8 @@ def root(function, low, high) -> float:
     return float(brentq(function, low, high, xtol=1e-14))  # pyright: ignore[reportArgumentType]
 
 
-def shortest_within(kind, speed, hardness, w, zeta) -> MotionLaw:
-    acceleration = {} if kind in (Profile.cycloid_versine_ramp, Profile.two_part) else {"max_acceleration": hardness}
+def shortest_within(kind, speed, hardness, w, zeta) -> Profile:
+    acceleration = {} if kind in (ProfileKind.cycloid_versine_ramp, ProfileKind.two_part) else {"max_acceleration": hardness}
     return profile(kind, 1.5, None, w, zeta, max_velocity=speed, **acceleration)
 
 
@@ -366,7 +366,7 @@ def test_limits_are_kept_at_the_shortest_duration_and_broken_below(kind, speed, 
         assert np.abs(law.acceleration(t)).max() <= hardness * (1 + 1e-12)
     with pytest.raises(ComponentError, match=r"the shortest possible duration is [0-9.e+-]+ s"):
         profile(kind, 1.5, law.duration * (1 - 1e-9), w, zeta, law.max_velocity, law.max_acceleration)
-    if kind not in (Profile.trapezoid, Profile.s_curve):  # these depend on the duration alone
+    if kind not in (ProfileKind.trapezoid, ProfileKind.s_curve):  # these depend on the duration alone
         for shorter in law.duration * np.array([1 - 1e-9, 0.99, 0.9, 0.7, 0.5, 0.2]):
             other = profile(kind, 1.5, shorter, w, zeta)
             assert other.peak_velocity > speed or hardness < other.peak_acceleration < math.inf
@@ -376,7 +376,7 @@ def test_limits_are_kept_at_the_shortest_duration_and_broken_below(kind, speed, 
 @given(st.floats(0.2, 5.0), st.floats(0.2, 50.0))
 def test_the_shortest_trapezoid_is_the_time_optimal_one(speed, hardness):
     """Bang-bang control of a double integrator with bounded speed: full acceleration, speed limit, full deceleration."""
-    law = shortest_within(Profile.trapezoid, speed, hardness, 10.0, 0.0)
+    law = shortest_within(ProfileKind.trapezoid, speed, hardness, 10.0, 0.0)
     ramp = min(speed / hardness, math.sqrt(1.5 / hardness))
     expected = 2 * ramp + max(0.0, (1.5 - hardness * ramp**2) / speed)
     assert law.duration == pytest.approx(expected, rel=1e-12)
@@ -387,7 +387,7 @@ def test_the_shortest_trapezoid_is_the_time_optimal_one(speed, hardness):
 @given(st.floats(0.2, 5.0), st.floats(0.2, 50.0), st.floats(2.0, 40.0), st.floats(0.0, 0.6))
 def test_no_segment_time_makes_a_shorter_s_curve(speed, hardness, w, zeta):
     """Every choice of tau, also those that cruise below the limit, breaks a limit in a shorter time."""
-    law = shortest_within(Profile.s_curve, speed, hardness, w, zeta)
+    law = shortest_within(ProfileKind.s_curve, speed, hardness, w, zeta)
     for duration in law.duration * np.array([0.98, 0.8]):
         for tau in duration * np.array([0.02, 0.06, 0.1, 0.15, 0.2, 0.22, 0.24, 0.245, 0.25]):
             t = np.concatenate([begin + np.linspace(0.0, tau, 50) for begin in (0.0, tau, duration - 2 * tau, duration - tau)])
@@ -436,7 +436,7 @@ def test_peak_speed_of_cycloid_versine_ramp_is_not_monotone_and_the_shortest_dur
 @given(st.sampled_from(SMOOTH), st.floats(0.01, 100.0), st.floats(0.01, 100.0), st.floats(0.01, 30.0))
 def test_the_duration_that_the_message_names_is_possible(kind, distance, speed, hardness):
     limits = {"max_velocity": speed}
-    if kind not in (Profile.cycloid_versine_ramp, Profile.two_part):
+    if kind not in (ProfileKind.cycloid_versine_ramp, ProfileKind.two_part):
         limits["max_acceleration"] = hardness
     with pytest.raises(ComponentError) as caught:
         profile(kind, distance, 1e-7, **limits)

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,13 +20,28 @@ NAMES = {
     "InputShaper": {
         "input": "command",
         "output": "shaped shaped_mean next_event_time settled",
-        "parameter": "shaper modes natural_frequency damping_ratio shape_mode vibration_tolerance custom_impulses custom_amplitude "
-        "custom_delay",
+        "parameter": "shaper modes natural_frequency damping_ratio shape_mode vibration_tolerance negative_amplitude custom_impulses "
+        "custom_amplitude custom_delay",
         "calculatedParameter": "duration impulses insensitivity",
     },
     "MotionProfile": {
         "output": "position velocity acceleration moving next_event_time",
-        "parameter": "profile distance duration start_time natural_frequency damping_ratio",
+        "parameter": "profile distance duration start_time natural_frequency damping_ratio max_velocity max_acceleration",
+    },
+    "PulseTrain": {
+        "output": "pulse reference carrier next_event_time",
+        "parameter": "design amplitude duration start_time natural_frequency damping_ratio frequency_ratio",
+        "calculatedParameter": "pulses switches minimum_pulse_width residual_vibration",
+    },
+    "PulseWidthModulator": {
+        "input": "reference",
+        "output": "pulse next_event_time",
+        "parameter": "carrier_frequency carrier_phase minimum_pulse_width",
+    },
+    "PositionController": {
+        "input": "reference position velocity",
+        "output": "force",
+        "parameter": "proportional_gain integral_gain derivative_gain force_limit",
     },
     "MassSpringDamper": {
         "input": "force",
@@ -51,10 +67,16 @@ def test_the_public_names_are_there(name):
 
 
 def test_enumeration_values_never_change():
-    shapers = {item.name: item.value for item in components()["InputShaper"].variables["shaper"].kind}  # pyright: ignore
-    profiles = {item.name: item.value for item in components()["MotionProfile"].variables["profile"].kind}  # pyright: ignore
-    assert {"none": 1, "zv": 2, "zvd": 3, "zvdd": 4, "custom": 13}.items() <= shapers.items()
-    assert {"step": 1, "cycloid": 3, "cycloid_versine_ramp": 5, "two_part": 6}.items() <= profiles.items()
+    found = {}
+    for component, variable in (("InputShaper", "shaper"), ("MotionProfile", "profile"), ("PulseTrain", "design")):
+        kind: Any = components()[component].variables[variable].kind
+        found[variable] = " ".join(f"{item.name}={item.value}" for item in kind)
+    assert found == {
+        "shaper": "none=1 zv=2 zvd=3 zvdd=4 zvddd=5 mzv=6 ei=7 two_hump_ei=8 three_hump_ei=9 um_zv=10 um_zvd=11 sna_zv=12 "
+        "custom=13 um_ei=14 miszv=15",
+        "profile": "step=1 trapezoid=2 cycloid=3 polynomial_345=4 cycloid_versine_ramp=5 two_part=6 s_curve=7",
+        "design": "carrier=1 carrier_polished=2 minimax=3 um_zv=4 um_zvd=5 zv_carrier=6",
+    }
 
 
 def test_every_public_python_name_is_importable():

@@ -138,7 +138,7 @@ RANGES = {"ei": 0.4, "two_hump_ei": 0.19, "three_hump_ei": 0.11, "um_zv": 0.9, "
 def test_random_designs_solve_their_equations(kind):
     """200 random (zeta, tolerance): certificate below 1e-11, amplitudes as they must be, the conditions seen from outside."""
     rng = random.Random(kind)
-    for _ in range(200 if kind.startswith("um_zv") else 60 if "hump" in kind else 200):
+    for _ in range(200):
         zeta, tolerance = rng.uniform(0.0, RANGES[kind]), rng.uniform(0.01, 0.2)
         sequence = shaper(kind, 1.0, zeta, vibration_tolerance=tolerance)
         assert sequence.certificate < 1e-11
@@ -233,3 +233,20 @@ def test_the_fmus_component_designs_the_same(kind):
     sequence = shaper(kind, [3.0, 7.1], [0.06, 0.02])
     assert tuple(component.amplitude[: component.impulses]) == sequence.amplitudes
     assert tuple(component.delay[: component.impulses]) == sequence.delays
+
+
+@pytest.mark.parametrize("samples", [21, 41, 101])
+def test_what_sampling_costs(samples):
+    """ZV, its second impulse on a grid of N samples per period, half a sample off: sin(pi/2N) rounded, 1 - cos-like when split.
+
+    At N = 21 that is 7.5 % and 0.56 %: rounding shifts by half a sample, splitting over both neighbours leaves
+    (2 pi/N)^2 / 16.
+    """
+    h = T / samples  # an odd N puts T/2 in the middle between two samples
+    rounded = ImpulseSequence((0.5, 0.5), (0.0, math.pi + h / 2))
+    split = ImpulseSequence((0.5, 0.25, 0.25), (0.0, math.pi - h / 2, math.pi + h / 2))
+    assert complex_v(rounded, 1.0, 0.0) == pytest.approx(math.sin(math.pi / (2 * samples)), rel=1e-12)
+    assert complex_v(split, 1.0, 0.0) == pytest.approx((2 * math.pi / samples) ** 2 / 16, rel=0.01)
+    if samples == 21:
+        assert complex_v(rounded, 1.0, 0.0) == pytest.approx(0.075, abs=5e-4)
+        assert complex_v(split, 1.0, 0.0) == pytest.approx(0.0056, abs=5e-5)

@@ -1,6 +1,6 @@
 """Residual vibration of any command on one mode, and its sensitivity to wrong frequencies and damping.
 
-A command is an `ImpulseSequence`, a `PulseSequence` or a `MotionLaw`: whatever has residual_vibration(w, zeta). Two
+A command is an `ImpulseSequence`, a `PulseSequence` or a `Profile`: whatever has residual_vibration(w, zeta). Two
 measures are in use, and each function names the one it gives:
 
 - V (Singer and Seering 1990): the residual envelope at the command's end, over the envelope that a step (for impulses: a
@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Protocol
+from typing import Protocol, cast
 
 import numpy as np
 from scipy.optimize import brentq
@@ -81,7 +81,7 @@ def tolerated_band(
             return limit
         if excess(inside) >= 0.0:  # it touches the tolerance right here
             return inside
-        return float(brentq(excess, inside, outside, xtol=1e-15, rtol=8.9e-16))
+        return cast(float, brentq(excess, inside, outside, xtol=1e-15))
 
     return edge(-scan, limits[0]), edge(scan, limits[1])
 

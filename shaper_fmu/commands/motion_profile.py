@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from shaper_fmu.component import NO_EVENT, Calculated, Component, Output, Parameter, State, time_tolerance
-from shaper_fmu.profiles.kinds import NO_LIMIT, Profile, inner_event, ramp_time, shortest_duration, unit_limit, unit_move
+from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind, inner_event, ramp_time, shortest_duration, unit_limit, unit_move
 
 TOO_SHORT = 1
 NEVER = 2
@@ -37,7 +37,7 @@ class MotionProfile(Component):
         "duration is {shortest_duration} s, but its speed rises again, and longer ones are possible from {possible_duration} s on",
     }
 
-    profile = Parameter(Profile.cycloid, "", "kind of profile")
+    profile = Parameter(ProfileKind.cycloid, "", "kind of profile")
     distance = Parameter(1.0, "m", "distance to move, negative for the other way")
     duration = Parameter(1.0, "s", "time from start to rest (a step needs none)", min=0.0, exclusive=True)
     start_time = Parameter(0.0, "s", "time at which the move begins")
@@ -65,7 +65,7 @@ class MotionProfile(Component):
         if shortest >= NO_LIMIT:
             return NEVER
         self.possible_duration = rounded_up(shortest)
-        if self.profile != Profile.step and self.duration < shortest:
+        if self.profile != ProfileKind.step and self.duration < shortest:
             return TOO_SHORT
         if gap_start < self.duration < gap_end:
             self.possible_duration = rounded_up(gap_end)
@@ -76,7 +76,7 @@ class MotionProfile(Component):
     def step(self, t, h):
         now = t + h
         tolerance = time_tolerance(t, h)
-        span = 0.0 if self.profile == Profile.step else self.duration
+        span = 0.0 if self.profile == ProfileKind.step else self.duration
         self.position = 0.0
         self.velocity = 0.0
         self.acceleration = 0.0

@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike
 
 from shaper_fmu.commands.motion_profile import MotionProfile
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.profiles.kinds import NO_LIMIT, Profile, inner_event, peaks, unit_move
+from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind, inner_event, peaks, unit_move
 
 _NODES, _WEIGHTS = (values.tolist() for values in np.polynomial.legendre.leggauss(24))
 _PANEL = 2.0  # radians of the fastest oscillation, and nepers of the decay, per panel of the quadrature
 
 
 @dataclass(frozen=True)
-class MotionLaw:
+class Profile:
     """A rest-to-rest motion from 0 to `distance`, as the component MotionProfile gives it from time 0 on.
 
     Attributes:
@@ -32,7 +32,7 @@ class MotionLaw:
         ramp: time of a trapezoid's ramp or of an S-curve's segment [s], 0 for the others.
     """
 
-    kind: Profile
+    kind: ProfileKind
     distance: float
     duration: float
     natural_frequency: float
@@ -67,19 +67,19 @@ class MotionLaw:
     @property
     def jumps(self) -> tuple[float, ...]:
         """Times at which position, velocity or acceleration jumps [s], rising."""
-        if self.kind == Profile.step:
+        if self.kind == ProfileKind.step:
             return (0.0,)
-        if self.kind == Profile.trapezoid:
+        if self.kind == ProfileKind.trapezoid:
             inner = (inner_event(self.kind, i, self.duration, self.ramp) for i in range(2))
             return tuple(sorted({0.0, *inner, self.duration}))
-        if self.kind in (Profile.cycloid_versine_ramp, Profile.two_part):
+        if self.kind in (ProfileKind.cycloid_versine_ramp, ProfileKind.two_part):
             return (0.0, self.duration)
         return ()
 
     @property
     def pieces(self) -> tuple[float, ...]:
         """Ends of the pieces on which the motion is smooth [s], rising."""
-        if self.kind == Profile.s_curve:
+        if self.kind == ProfileKind.s_curve:
             tau, end = self.ramp, self.duration
             return tuple(sorted({0.0, tau, 2 * tau, end - 2 * tau, end - tau, end}))
         return tuple(sorted({0.0, *self.jumps, self.duration}))
@@ -108,7 +108,7 @@ class MotionLaw:
         """
         if not natural_frequency > 0.0 or not 0.0 <= damping_ratio < 1.0:
             raise ComponentError(f"a mode needs w > 0 and 0 <= zeta < 1, not w = {natural_frequency}, zeta = {damping_ratio}")
-        if self.kind == Profile.step:
+        if self.kind == ProfileKind.step:
             return 1.0
         pole = natural_frequency * complex(-damping_ratio, math.sqrt(1.0 - damping_ratio * damping_ratio))
         times, moves = self._quadrature(natural_frequency)
@@ -137,20 +137,20 @@ class MotionLaw:
 
         An S-curve with segments shorter than about 0.24 Tn gets faster than this within them.
         """
-        if self.kind == Profile.trapezoid:
+        if self.kind == ProfileKind.trapezoid:
             return abs(self.distance) / (self.duration - self.ramp)
-        return abs(self.distance) / (self.duration - 2.0 * self.ramp) if self.kind == Profile.s_curve else 0.0
+        return abs(self.distance) / (self.duration - 2.0 * self.ramp) if self.kind == ProfileKind.s_curve else 0.0
 
 
 def profile(
-    kind: Profile | str | int,
+    kind: ProfileKind | str | int,
     distance: float,
     duration: float | None = None,
     natural_frequency: float = 10.0,
     damping_ratio: float = 0.0,
     max_velocity: float = NO_LIMIT,
     max_acceleration: float = NO_LIMIT,
-) -> MotionLaw:
+) -> Profile:
     """The motion of a kind over a distance [m] in a duration [s]; without one, in the shortest that the limits permit.
 
     natural_frequency [rad/s] and damping_ratio are those of the mode that the profile shall leave at rest, where it can.
@@ -168,16 +168,16 @@ def profile(
     if duration is None:
         component.duration = _shortest(component)
     component.initialize()
-    given = {name: getattr(component, name) for name in MotionLaw.__dataclass_fields__ if name not in ("kind", "duration")}
-    span = 0.0 if component.profile == Profile.step else component.duration
-    return MotionLaw(kind=Profile(component.profile), duration=span, **given)
+    given = {name: getattr(component, name) for name in Profile.__dataclass_fields__ if name not in ("kind", "duration")}
+    span = 0.0 if component.profile == ProfileKind.step else component.duration
+    return Profile(kind=ProfileKind(component.profile), duration=span, **given)
 
 
 def _shortest(component: MotionProfile) -> float:
     """The shortest duration [s] that the component's limits permit; any positive number for a step."""
     component.duration = NO_LIMIT
     component.initialize()
-    if component.profile != Profile.step and component.shortest_duration == 0.0:
+    if component.profile != ProfileKind.step and component.shortest_duration == 0.0:
         reason = "a move over no distance" if component.distance == 0.0 else "without max_velocity and max_acceleration"
         raise ComponentError(f"MotionProfile: {reason} there is no shortest duration; give one")
     return component.shortest_duration or 1.0

@@ -38,6 +38,11 @@ class PulseSequence:
             raise ComponentError("the command must end at a level other than 0")
 
     @property
+    def duration(self) -> float:
+        """The travel time [s], under the name that all commands have."""
+        return self.travel_time
+
+    @property
     def switches(self) -> int:
         """Number of switches."""
         return len(self.switch_times)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 
-_DISTINCT = 1e-6
 _LARGEST_EXPONENT = 500.0  # far beyond any solution, but an attempt of Newton's method must not overflow
 
 
@@ -58,8 +57,8 @@ def hump_at(f, row, amplitude, delay, count, damping, ratio, tolerance):
 
 
 def rising(values, first, last):
-    """Whether values[first] .. values[last] rise, by more than rounding can do."""
+    """Whether values[first] .. values[last] rise."""
     for i in range(first, last):
-        if not values[i] + _DISTINCT < values[i + 1]:
+        if not values[i] < values[i + 1]:
             return False
     return True
