@@ -433,3 +433,21 @@ def test_the_modulator_compiled_gives_the_same_bits():
             assert step(record[0], t, h) == 0
             assert equal_records(plain, record)
             t += h
+
+
+@pytest.mark.parametrize("step", [0.0007, 0.011, 0.5])
+def test_pulse_mean_adds_up_to_the_time_that_the_command_was_on(step):
+    """Sum of mean * step = sum of the on-times between the designed switches, up to the end of the run."""
+    train = PulseTrain(
+        design="carrier", duration=0.1374496, natural_frequency=W, damping_ratio=ZETA, frequency_ratio=12.0, start_time=0.013
+    )
+    train.initialize()
+    end, total, i = 0.2, 0.0, 0
+    while i * step < end - 1e-12:
+        h = min(step, end - i * step)
+        train.do_step(i * step, h)
+        assert 0.0 <= train.pulse_mean <= 1.0
+        total += h * train.pulse_mean
+        i += 1
+    switches = [0.013 + t for t in train.switch_time[: train.switches]] + [end]
+    assert total == pytest.approx(sum(switches[k + 1] - switches[k] for k in range(0, len(switches) - 1, 2)), abs=1e-14)

@@ -68,6 +68,7 @@ class PulseTrain(DesignWorkspace):
     residual_vibration = Calculated("", "V: residual envelope at the end of the travel over that of a step at the start")
     travel_time = Calculated("s", "time from the start of the command to its arrival")
     pulse = Output("", "the on/off command")
+    pulse_mean = Output("", "mean of `pulse` over the last step, for masters that hold inputs")
     reference = Output("", "what the carrier modulates; without a carrier, a step at the start")
     carrier = Output("", "the triangle carrier; 0 in designs without one")
     next_event_time = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
@@ -99,6 +100,8 @@ class PulseTrain(DesignWorkspace):
         s = t + h - self.start_time
         passed = passed_switches(self, s + tolerance)
         self.pulse = self.amplitude if passed % 2 else 0.0
+        if h > 0.0:
+            self.pulse_mean = self.amplitude * on_share(self, t - self.start_time, h)
         self.reference = self.amplitude * unit_reference(self, s, tolerance)
         self.carrier = self.amplitude * triangle(s, self.frequency) if self.frequency > 0.0 else 0.0
         due = self.switch_time[passed] if passed < self.switches else NO_EVENT
@@ -156,6 +159,24 @@ def passed_switches(m, s):
         else:
             high = middle
     return low
+
+
+def on_share(m, s, h):
+    """The share of the time from s to s + h, since the start of the command, in which it is on."""
+    first = passed_switches(m, s)
+    i = first
+    begin = s
+    on = 0.0
+    while i < m.switches and m.switch_time[i] < s + h:
+        if i % 2:
+            on += m.switch_time[i] - begin
+        begin = m.switch_time[i]
+        i += 1
+    if i == first:
+        return float(i % 2)
+    if i % 2:
+        on += s + h - begin
+    return on / h
 
 
 def unit_reference(m, s, tolerance):
