@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from shaper_fmu.component import Component
 from shaper_fmu.export.pythonfmu_backend import build_fmu
 from shaper_fmu.registry import components, load_components
+
+settings.register_profile("development", deadline=None)
+settings.register_profile("ci", deadline=None, derandomize=True)  # the same examples in every run
+settings.load_profile("ci" if os.environ.get("CI") else "development")
 
 
 @pytest.fixture(scope="session")

@@ -83,8 +83,9 @@ def _speed_at_one(high: float, low: float, ratio: float, damping_ratio: float) -
 
 
 def s_curve_shortest(max_velocity: float, max_acceleration: float, natural_frequency: float, damping_ratio: float) -> float:
-    """Shortest duration [s] for limits of the unit move in 1/s and 1/s2.
+    """Shortest duration [s] for limits of the unit move in 1/s and 1/s2, with the paper's choice of the segment time.
 
+    For strongly damped modes (seen at a damping ratio of 0.5) another segment time can permit a shorter move.
     Both peaks fall with the duration: bracketed by doubling, bisected to the last bit. Where the segments do not swing
     beyond V and A (long segments), it is 1/v + 2 v/a with cruise, max(2/v, sqrt(8/a)) without.
     """
