@@ -191,12 +191,12 @@ def sweep(
 
 def _print_tables(store: Path) -> None:
     from shaper_fmu.report.sweep_report import robustness_table
-    from shaper_fmu.ssp.archive import load_ssp
+    from shaper_fmu.sweep.engine import load_stored_system
     from shaper_fmu.sweep.store import Store
 
     with Store(store) as opened:
         study, runs = opened.study(), opened.runs()
-    system = load_ssp(study.system_path).system
+        system = load_stored_system(opened).system
     for varied in study.vary:
         for metric in study.metrics:
             show(robustness_table(study, runs, system, metric, varied))
@@ -210,12 +210,13 @@ def report_store(
     """Write the report of a sweep: one self-contained page, and a picture of each figure."""
     from shaper_fmu.report.page import write_report
     from shaper_fmu.report.sweep_report import sweep_blocks
-    from shaper_fmu.ssp.archive import load_ssp
+    from shaper_fmu.sweep.engine import load_stored_system
     from shaper_fmu.sweep.store import Store
 
     with Store(store) as opened:
         study, runs, provenance = opened.study(), opened.runs(), opened.provenance()
-    blocks = sweep_blocks(study, runs, load_ssp(study.system_path).system, provenance)
+        system = load_stored_system(opened).system
+    blocks = sweep_blocks(study, runs, system, provenance)
     for path in write_report(output, study.name, blocks):
         out.print(f"wrote {path}")
 
@@ -230,6 +231,9 @@ def main() -> None:
         sys.exit(1)
     except ShaperFmuError as error:
         err.print(f"error: {error}", markup=False)
+        sys.exit(1)
+    except OSError as error:
+        err.print(f"error: {error.filename or 'output'}: {error.strerror or error}")
         sys.exit(1)
     except KeyboardInterrupt:
         err.print("interrupted; what was finished is kept")

@@ -110,6 +110,8 @@ def _blocks(wanted: _Wanted) -> list[Block]:
         wanted.frequencies.append(0.5 * (wanted.low + wanted.high))
     if not wanted.frequencies:
         raise typer.BadParameter("give at least one", param_hint="--natural-frequency")
+    if not 0.0 < wanted.tolerance < 1.0:
+        raise typer.BadParameter(f"{wanted.tolerance} is not between 0 and 1", param_hint="--tolerance")
     mode = Mode(wanted.frequencies[0], wanted.ratios[0], wanted.tolerance)
     if wanted.kind in PROFILES:
         from shaper_fmu.profiles.design import profile

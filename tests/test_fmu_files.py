@@ -7,7 +7,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import gain_component
+from conftest import GAIN, gain_component
 from fmpy.validation import validate_fmu
 from lxml import etree
 
@@ -149,3 +149,21 @@ class Heavy(Component):
 def test_a_build_leaves_no_draft_behind(tmp_path):
     path = build_fmu(components()["MotionProfile"], tmp_path)
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("self.result =", "self.reslt =", "sets 'reslt', which is not declared. Did you mean 'result'"),
+        ("Parameter(1.0,", "Parameter(math.nan,", "does not run with its start values: .*factor is nan"),
+        ("def step(self, t, h)", "def step(self, t)", "does not run with its start values"),
+        ("class Gain", "class Gäin", "must be an ASCII identifier"),
+    ],
+)
+def test_a_component_that_could_not_run_is_not_built(tmp_path, old, new, words):
+    source = GAIN.format(factor=2.0).replace("from shaper_fmu", "import math\n\nfrom shaper_fmu", 1)
+    assert old in source
+    (tmp_path / "gain.py").write_text(source.replace(old, new))
+    with pytest.raises(BuildError, match=words):
+        build_fmu(load_components(tmp_path / "gain.py")[0], tmp_path / "out")
+    assert not (tmp_path / "out").exists()

@@ -217,3 +217,29 @@ def test_an_impossible_change_is_refused(name, value):
     getattr(shaper, name)[0] = value
     with pytest.raises(ComponentError, match="natural_frequency must be greater than 0 rad/s"):
         shaper.do_step(0.0, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("values", "steps", "mean"),
+    [
+        # UM-ZV of 1 Hz, a whole second: 1, -1, 1 at 0, 1/6, 1/3 s; the command is off from 1/6 to 1/3 s
+        ({"shaper": "um_zv", "natural_frequency": [2 * math.pi]}, [(1.0, 1.0)], 5 / 6),
+        # ZV of 1/2 Hz: a pulse of 0.1 s comes again at 1 s, within a step of 2 s, at half its size
+        ({"shaper": "zv", "natural_frequency": [math.pi]}, [(1.0, 0.1), (0.0, 0.1), (0.0, 2.0)], 0.5 * 0.1 / 2.0),
+    ],
+)
+def test_shaped_mean_sees_what_comes_and_goes_within_a_step(values, steps, mean):
+    shaper, t = InputShaper(**values), 0.0
+    shaper.initialize()
+    for command, h in steps:
+        shaper.command = command
+        shaper.do_step(t, 0.0)
+        shaper.do_step(t, h)
+        t += h
+    assert shaper.shaped_mean == pytest.approx(mean, abs=1e-14)
+
+
+def test_too_many_impulses_are_an_error():
+    shaper = InputShaper(shaper="miszv", modes=3, equal_impulses=9, natural_frequency=[1.0, 2.1, 3.3])
+    with pytest.raises(ComponentError, match="the 3 modes convolved have more than 640 impulses"):
+        shaper.initialize()

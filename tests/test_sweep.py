@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from shaper_fmu.analysis.response import command_end, residual_amplitude
+from shaper_fmu.archives import read_archive, write_archive
 from shaper_fmu.errors import ModelError, StudyError
 from shaper_fmu.ssp.archive import pack_ssp
-from shaper_fmu.sweep.engine import run_study
+from shaper_fmu.sweep.engine import load_stored_system, run_study
 from shaper_fmu.sweep.store import Run, Store
 from shaper_fmu.sweep.study import Study, read_study
 
@@ -185,3 +186,33 @@ def test_residual_amplitude_of_a_known_response():
     assert command_end(time, command) == pytest.approx(4.0, abs=1e-12)
     assert residual_amplitude(time, response, 4.0) == pytest.approx(0.3, rel=(7.0 * 0.001) ** 2 / 8)
     assert command_end(time, np.ones(10001)) == 0.0
+
+
+def test_a_changed_system_is_not_mixed_with_the_old_runs(fmus, tmp_path):
+    study = study_in(tmp_path, fmus, STUDY.replace("points = 3", "points = 2"))
+    run_study(study, tmp_path / "s.sqlite")
+    packed = tmp_path / "crane.ssp"
+    files = read_archive(packed.read_bytes(), "crane.ssp")
+    changed = files["resources/profile.ssv"].replace(b'value="8"', b'value="7"')
+    write_archive(packed, {**files, "resources/profile.ssv": changed})
+    with pytest.raises(StudyError, match="holds runs of other FMUs"):
+        run_study(study, tmp_path / "s.sqlite")
+    with Store(tmp_path / "s.sqlite") as store, pytest.raises(StudyError, match=r"its runs are of another crane\.ssp"):
+        load_stored_system(store)
+
+
+def test_a_command_that_has_not_ended_is_no_success(fmus, tmp_path):
+    runs = run_study(study_in(tmp_path, fmus, STUDY.replace("stop_time = 24.0", "stop_time = 3.0")), tmp_path / "s.sqlite")
+    assert {r.status for r in runs} == {"failed"}
+    assert all("has not come to its end by stop_time = 3 s" in (r.reason or "") for r in runs)
+
+
+def test_a_foreign_database_is_left_alone(tmp_path):
+    path = tmp_path / "mine.sqlite"
+    with sqlite3.connect(path) as database:
+        database.execute("CREATE TABLE mine (x)")
+    database.close()
+    before = path.read_bytes()
+    with pytest.raises(StudyError, match="a database, but not a sweep's store"):
+        Store(path)
+    assert path.read_bytes() == before

@@ -62,3 +62,19 @@ def test_curves_are_the_formula():
     assert sensitivity_curve(sequence, W, 0.0, ratios) == pytest.approx(np.cos(np.pi * ratios / 2) ** 2, abs=1e-13)
     curve = damping_curve(shaper("zv", W, ZETA), W, [0.0, ZETA, 0.2])
     assert curve[1] < 1e-13 < min(curve[0], curve[2])
+
+
+@pytest.mark.parametrize("modes", [[1000.0, 1.0], [300.0, 1.0]])
+def test_ripples_of_long_sequences_are_not_missed(modes):
+    """Convolved with a slow mode, V of the fast one ripples; a dense scan from 1 outwards finds the same first crossings."""
+    sequence = shaper("zv", modes)
+    band = tolerated_band(sequence, modes[0])
+    assert band is not None
+    for sign, edge in ((-1, band[0]), (1, band[1])):
+        inside = np.linspace(1.0, edge - sign * 1e-9, 4001)
+        assert sensitivity_curve(sequence, modes[0], 0.0, inside).max() <= 0.05 * (1 + 1e-6)
+        assert sequence.residual_vibration((edge + sign * 1e-6) * modes[0]) > 0.05
+
+
+def test_a_residual_beyond_all_numbers_is_infinite():
+    assert relative_residual(shaper("zv", 1.0, 0.9), 1e3, 0.9) == math.inf

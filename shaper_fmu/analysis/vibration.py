@@ -32,13 +32,21 @@ class Command(Protocol):
         ...
 
 
+_RIPPLE_SHARE = 0.5  # V changes over frequency ratios of 2 pi / (w T): no faster than a scan in steps of 0.5 / (w T) sees
 _TOUCHING = 1.0 + 1e-9
 
 
 def relative_residual(command: Command, natural_frequency: float, damping_ratio: float = 0.0) -> float:
     """rel = V exp(zeta w T): the residual over that of the unshaped step at the same instant."""
-    growth = math.exp(damping_ratio * natural_frequency * command.duration)
-    return command.residual_vibration(natural_frequency, damping_ratio) * growth
+    v = command.residual_vibration(natural_frequency, damping_ratio)
+    return grown(v, damping_ratio * natural_frequency * command.duration)
+
+
+def grown(v: float, exponent: float) -> float:
+    """v exp(exponent), infinite where it is too large to be told."""
+    if exponent > 700.0:
+        return math.inf if v > 0.0 else 0.0
+    return v * math.exp(exponent)
 
 
 def sensitivity_curve(command: Command, natural_frequency: float, damping_ratio: float, ratios: Iterable[float]) -> np.ndarray:
@@ -69,6 +77,7 @@ def tolerated_band(
     def excess(ratio: float) -> float:
         return command.residual_vibration(ratio * natural_frequency, damping_ratio) - tolerance
 
+    scan = min(scan, _RIPPLE_SHARE / max(1e-9, natural_frequency * command.duration))
     slack = (_TOUCHING - 1.0) * tolerance
     if excess(1.0) > slack:
         return None

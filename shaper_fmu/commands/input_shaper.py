@@ -20,6 +20,7 @@ CUSTOM_SUM = 3
 NO_SOLUTION = 4
 TOO_MUCH_UNDER_WAY = 5
 BAD_TUNING = 6
+TOO_MANY_IMPULSES = 7
 
 
 class InputShaper(DesignWorkspace):
@@ -51,6 +52,7 @@ class InputShaper(DesignWorkspace):
         "{vibration_tolerance}, negative_amplitude {negative_amplitude}); choose another shaper or tolerance",
         TOO_MUCH_UNDER_WAY: f"at the change of frequency or damping more than {UNDER_WAY} jumps were under way; "
         "change it while the command rests, or use a larger communication step",
+        TOO_MANY_IMPULSES: f"the {{modes}} modes convolved have more than {IMPULSES} impulses; choose a shaper with fewer of them",
         BAD_TUNING: "natural_frequency must be greater than 0 rad/s and damping_ratio in 0 <= . < 1",
     }
 
@@ -93,6 +95,7 @@ class InputShaper(DesignWorkspace):
     jump_time = State(size=UNDER_WAY)
     jump_size = State(size=UNDER_WAY)
     offset = State(0.0)  # what is still missing of former designs
+    moved = State(False)  # whether an edge or a jump has been passed in this step
 
     def start(self):
         self.edge_value[0] = self.initial_command
@@ -109,7 +112,7 @@ class InputShaper(DesignWorkspace):
             if self.newest - self.reached[self.impulses - 1] >= EDGES - 1:
                 return HISTORY_FULL
             record_edge(self, t)
-        shaped_before = self.shaped
+        self.moved = False
         self.shaped = 0.0
         self.next_event_time = NO_EVENT
         mean = pass_jumps(self, t, h)
@@ -122,7 +125,7 @@ class InputShaper(DesignWorkspace):
         self.shaped += self.offset
         self.settled = unmoved and self.jumps == 0
         if h > 0.0:
-            self.shaped_mean = self.shaped if self.shaped == shaped_before else mean
+            self.shaped_mean = mean if self.moved else self.shaped
         return 0
 
 
@@ -146,6 +149,8 @@ def design(m):
                 count = design_mode(m, m.shaper, m.damping_ratio[mode])
                 if count == 0:
                     return NO_SOLUTION
+                if m.impulses * count > IMPULSES:
+                    return TOO_MANY_IMPULSES
                 m.certificate = max(m.certificate, m.certificate_left)
                 for i in range(count):
                     m.factor_delay[i] /= m.natural_frequency[mode]
@@ -195,7 +200,7 @@ def is_retuned(m):
 def retune(m):
     """Design anew; what the old design has under way goes on as single jumps, on top of the new one, which starts at rest."""
     for mode in range(m.modes):
-        if not (m.natural_frequency[mode] > 0.0 and 0.0 <= m.damping_ratio[mode] < 1.0):
+        if not (0.0 < m.natural_frequency[mode] < NO_EVENT and 0.0 <= m.damping_ratio[mode] < 1.0):
             return BAD_TUNING
     command = m.edge_value[m.newest % EDGES]
     m.offset = m.shaped - command
@@ -230,6 +235,7 @@ def pass_jumps(m, t, h):
             k += 1
         else:
             m.offset += m.jump_size[k]
+            m.moved = True
             if h > 0.0:
                 mean += m.jump_size[k] * max(0.0, min(1.0, (t + h - due) / h))
             m.jumps -= 1
@@ -263,6 +269,7 @@ def pass_edges(m, i, t, h):
             m.next_event_time = min(m.next_event_time, due)
             break
         m.reached[i] += 1
+        m.moved = True
         if h > 0.0:
             share = max(0.0, min(1.0, (t + h - due) / h))
             mean += share * (m.edge_value[m.reached[i] % EDGES] - value)

@@ -7,9 +7,11 @@ import math
 from shaper_fmu.component import NO_EVENT, Component, Input, Output, Parameter, State, time_tolerance
 
 MOST_PERIODS = 1e5
+FARTHEST_EDGE = 1e12
 
 TOO_MANY_PERIODS = 1
 TOO_WIDE = 2
+TOO_FAR = 3
 
 
 class PulseWidthModulator(Component):
@@ -27,6 +29,8 @@ class PulseWidthModulator(Component):
     messages = {
         TOO_MANY_PERIODS: f"a communication step spans more than {MOST_PERIODS:g} periods of the carrier_frequency "
         "{carrier_frequency} Hz; use smaller steps",
+        TOO_FAR: f"more than {FARTHEST_EDGE:g} periods of the carrier_frequency {{carrier_frequency}} Hz lie between time zero and "
+        "now; its edges cannot be told apart any more",
         TOO_WIDE: "minimum_pulse_width = {minimum_pulse_width} s must be at most half a period of carrier_frequency = "
         "{carrier_frequency} Hz: a pulse and a gap of this width do not fit in",
     }
@@ -50,6 +54,8 @@ class PulseWidthModulator(Component):
     def step(self, t, h):
         if not self.carrier_frequency * h <= MOST_PERIODS:
             return TOO_MANY_PERIODS
+        if not self.carrier_frequency * (abs(t) + h) + abs(self.carrier_phase) < FARTHEST_EDGE:
+            return TOO_FAR
         until = t + h + time_tolerance(t, h)
         share = served_share(self)
         edge = first_edge(self, share, max(t, self.done_until))
@@ -62,7 +68,7 @@ class PulseWidthModulator(Component):
             now = max(now, min(due, t + h))
             self.pulse = 1.0 - self.pulse
             if self.done_until > -NO_EVENT:  # the value at the start is no switch
-                self.last_switch = due
+                self.last_switch = min(due, t + h)
             due, edge = next_switch(self, share, due, edge)
         if self.pulse > 0.5:
             on_time += max(0.0, t + h - now)

@@ -11,7 +11,7 @@ import pythonfmu
 
 from shaper_fmu.archives import write_archive
 from shaper_fmu.component import Component
-from shaper_fmu.errors import BuildError
+from shaper_fmu.errors import BuildError, nearest
 from shaper_fmu.export.closure import packed_sources
 from shaper_fmu.export.documentation import documentation_page
 from shaper_fmu.export.model_description import fmi2_model_description
@@ -42,6 +42,7 @@ def build_fmu(component: type[Component], folder: Path | str) -> Path:
     Raises BuildError when the component cannot be packed; then no file is written or changed.
     """
     name = component.__name__
+    check_component(component)
     root, sources = packed_sources(component)
     entry = f"entry_{root.removeprefix('shaper_fmu_')}"
     files = {f"resources/{path}": text.encode() for path, text in sources.items()}
@@ -55,6 +56,22 @@ def build_fmu(component: type[Component], folder: Path | str) -> Path:
     guid = _content_guid({**files, "modelDescription.xml": draft})
     files["modelDescription.xml"] = fmi2_model_description(component, guid, generator, _CAPABILITIES)
     return write_archive(Path(folder) / f"{name}.fmu", files)
+
+
+def check_component(component: type[Component]) -> None:
+    """Try the component as it is declared. Raises BuildError for what would surface only when the FMU runs."""
+    name = component.__name__
+    if not (name.isascii() and name.isidentifier()):
+        raise BuildError(f"{name}: the name of a component must be an ASCII identifier, since the FMU's library is called so")
+    instance = component()
+    try:
+        instance.initialize(0.0)
+        instance.do_step(0.0, component.default_step_size)
+    except Exception as error:
+        raise BuildError(f"{name} does not run with its start values: {error}") from error
+    for attribute in vars(instance):
+        if attribute not in component.variables:
+            raise BuildError(f"{name} sets {attribute!r}, which is not declared.{nearest(attribute, component.variables)}")
 
 
 def _wrappers(name: str) -> dict[str, bytes]:

@@ -10,6 +10,7 @@ import weakref
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from fmpy import read_model_description
 from fmpy.model_description import CoSimulation, ModelDescription, ModelVariable, Unit
 
@@ -76,7 +77,10 @@ class Fmu:
         found: dict[str, float | int | bool] = {}
         problems: list[str] = []
         for name, value in values.items():
-            sequence = not isinstance(value, str) and hasattr(value, "__len__")
+            if isinstance(value, dict | set | frozenset) or (not isinstance(value, str) and np.ndim(value) == 1 and not len(value)):
+                problems.append(f"{self.name}: {name} = {value!r} gives no values; use a number or a sequence of them")
+                continue
+            sequence = not isinstance(value, str) and np.ndim(value) > 0
             elements = {f"{name}[{i + 1}]": element for i, element in enumerate(value)} if sequence else {name: value}
             for element_name, element in elements.items():
                 try:
@@ -111,6 +115,8 @@ def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int 
         if kind is not float and float(value) != int(value):
             raise ValueError
         if kind is bool and int(value) not in (0, 1):
+            raise ValueError
+        if kind is int and not -(2**31) <= int(value) < 2**31:
             raise ValueError
         return kind(value)
     except (ValueError, TypeError, KeyError, OverflowError):

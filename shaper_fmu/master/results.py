@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -44,12 +45,15 @@ class Results:
 
     def to_csv(self, path: Path | str) -> None:
         """Write a CSV table with a header of names and every value to its last digit."""
-        with open(path, "w", newline="", encoding="utf-8") as stream:
+        path = Path(path)
+        draft = path.with_name(f".{path.name}.draft")
+        with open(draft, "w", newline="", encoding="utf-8") as stream:
             writer = csv.writer(stream, lineterminator="\n")
             writer.writerow(["time", *self.values])
             writer.writerows(
                 zip(*[[repr(x) for x in column.tolist()] for column in (self.time, *self.values.values())], strict=True)
             )
+        os.replace(draft, path)
 
     def to_xarray(self) -> Any:
         """An xarray.Dataset over the coordinate "time", with units as attributes. Needs the package xarray."""

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import numbers
 from collections.abc import Callable
 from typing import Any, Literal, cast
 
 import numpy as np
+from fmpy.model_description import ModelVariable
 
 from shaper_fmu.component import time_tolerance
-from shaper_fmu.errors import ModelError
+from shaper_fmu.errors import ModelError, SimulationError
+from shaper_fmu.master.fmu import typed_value
 
 Signal = Callable[[float], float]
 Interpolation = Literal["hold", "linear"]
@@ -20,8 +23,8 @@ def make_signal(source: Any, interpolation: Interpolation, target: str) -> Signa
     A held table takes each value from its time on; a linear one goes straight between the rows and may repeat a time
     to jump. Before the first and after the last row the table keeps that row's value. Raises ModelError.
     """
-    if isinstance(source, int | float):
-        return lambda t: source
+    if isinstance(source, numbers.Real | np.bool_) or (isinstance(source, np.ndarray) and source.ndim == 0):
+        return lambda t: source  # pyright: ignore[reportReturnType]
     if callable(source):
         return cast(Signal, source)
     if interpolation not in ("hold", "linear"):
@@ -31,6 +34,26 @@ def make_signal(source: Any, interpolation: Interpolation, target: str) -> Signa
     if interpolation == "hold":
         return lambda t: float(values[max(0, np.searchsorted(times, t + time_tolerance(t, 0.0), side="right") - 1)])
     return lambda t: _linear(times, values, t)
+
+
+def typed_signal(variable: ModelVariable, signal: Signal, target: str) -> Signal:
+    """The signal with each value in the variable's type; a value that has none, or a failing function, is a SimulationError."""
+
+    def typed(t: float) -> float:
+        try:
+            value = signal(t)
+        except Exception as error:
+            raise SimulationError(f"{target} at t = {t:.15g} s: its function failed: {type(error).__name__}: {error}") from error
+        if isinstance(value, float):
+            fits = variable.type == "Real" or value in (0.0, 1.0) or (variable.type != "Boolean" and value.is_integer())
+            if (fits and abs(value) < 2.0**31) or variable.type == "Real":
+                return value if variable.type == "Real" else int(value)
+        try:
+            return typed_value(variable, value, f"{target} at t = {t:.15g} s")
+        except ModelError as error:
+            raise SimulationError(error.problems[0]) from None
+
+    return typed
 
 
 def _columns(source: Any, target: str) -> tuple[np.ndarray, np.ndarray]:

@@ -18,6 +18,7 @@ from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.system import System
 
+_MOST_STEPS = 1e8
 Progress = Callable[[float], None]
 """Called now and then with the simulated time [s]."""
 
@@ -81,11 +82,15 @@ class Simulation:
         """
         if algorithm not in ALGORITHMS:
             raise ModelError([f"there is no algorithm {algorithm!r}.{nearest(algorithm, ALGORITHMS)}"])
-        if not (math.isfinite(step) and step > 0.0 and math.isfinite(stop_time) and stop_time >= start_time):
+        if not (all(map(math.isfinite, (start_time, stop_time, step))) and step > 0.0 and stop_time >= start_time):
             raise ModelError([f"cannot run from {start_time} s to {stop_time} s in steps of {step} s"])
         if not self._fresh:
             self.reset()
         self._fresh = False
+        if step < 16.0 * math.ulp(max(abs(start_time), abs(stop_time))) or (stop_time - start_time) / step > _MOST_STEPS:
+            raise ModelError(
+                [f"steps of {step} s from {start_time} s to {stop_time} s are too small or too many ({_MOST_STEPS:g} at most)"]
+            )
         steps = math.ceil((stop_time - start_time) / step * (1.0 - 1e-12) - 1e-9)
         self._check_last_step(start_time + steps * step, stop_time, step)
         record = np.empty((steps + 1, len(self._recorded)))
@@ -113,6 +118,7 @@ class Simulation:
     def _initialize(self, start_time: float, stop_time: float, start_values: Mapping[str, Any]) -> None:
         extra: dict[str, dict[str, Any]] = {name: {} for name in self.instances}
         for name, value in start_values.items():
+            self.system.check_settable(name)
             instance, variable = self.system.split(name)
             extra[instance].update(self.system.fmus[instance].start_values({variable: value}))
         for name, instance in self.instances.items():

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
 from shaper_fmu.master.fmu import Fmu, load_fmu
-from shaper_fmu.master.signals import Interpolation, Signal, make_signal
+from shaper_fmu.master.signals import Interpolation, Signal, make_signal, typed_signal
 from shaper_fmu.master.wiring import Port, instance_order, signal_order
 
 if TYPE_CHECKING:
     from shaper_fmu.master.results import Results
 
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*$")
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class System:
@@ -44,7 +44,7 @@ class System:
         Values are given by keyword, or in the mapping `start` for names like "natural_frequency[2]"; a sequence sets
         the first elements of an array; an item of an enumeration may be given by its name.
         """
-        if not _NAME.match(name):
+        if not _NAME.fullmatch(name):
             raise ModelError([f"{name!r} is no name for an instance: letters, digits and _ only, not beginning with a digit"])
         if name in self.fmus:
             raise ModelError([f"there is already an instance {name!r}"])
@@ -54,6 +54,7 @@ class System:
 
     def set(self, name: str, value: Any) -> None:
         """Change a start value: "instance.variable", for example "crane.initial_rope_length"."""
+        self.check_settable(name)
         instance, variable = self.split(name)
         self.start_values[instance].update(_prefixed(instance, self.fmus[instance], {variable: value}))
 
@@ -73,7 +74,8 @@ class System:
         """Feed an input from outside: a function of time, a number, or a table (see `make_signal`)."""
         port = self._port(target, "input")
         self._check_free(port)
-        self.signals[port] = make_signal(source, interpolation, target)
+        variable = self.fmus[port[0]].variables[port[1]]
+        self.signals[port] = typed_signal(variable, make_signal(source, interpolation, target), target)
 
     def check(self) -> list[str]:
         """Every problem of the system as a whole, in words; empty if it can run."""
@@ -116,7 +118,16 @@ class System:
         """Variables by "instance.variable"; all outputs if `names` is None. Raises ModelError for each unknown one."""
         if names is None:
             return [(i, v.name) for i, fmu in self.fmus.items() for v in fmu.variables.values() if v.causality == "output"]
-        return [self._port(name) for name in names]
+        return [self._port(name) for name in ([names] if isinstance(names, str) else names)]
+
+    def check_settable(self, name: str) -> None:
+        """Raise ModelError if "instance.variable" is an input that something feeds, so that a start value has no effect."""
+        instance, variable = self.split(name)
+        array = variable.split("[")[0]
+        for fed in [*self.connections, *self.signals]:
+            if fed[0] == instance and fed[1] in (variable, array):
+                source = ".".join(self.connections[fed]) if fed in self.connections else "a signal"
+                raise ModelError([f"{name} is fed by {source}; setting it would have no effect"])
 
     def unit(self, port: Port) -> str:
         """The unit of a variable, "" if it has none."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shaper_fmu.analysis.vibration import relative_residual
 from shaper_fmu.commands.motion_profile import MotionProfile
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind, inner_event, peaks, unit_move
@@ -116,20 +118,13 @@ class Profile:
 
     def relative_residual(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
         """Residual envelope over that of a step of the same distance at time 0, both at the same instant: V exp(zeta w T)."""
-        growth = damping_ratio * natural_frequency * self.duration
-        return self.residual_vibration(natural_frequency, damping_ratio) * math.exp(growth)
+        return relative_residual(self, natural_frequency, damping_ratio)
 
     def _quadrature(self, natural_frequency: float) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes [s] and the unit move's velocity times the weights there."""
-        nodes, moves = [], []
-        for begin, end in zip(self.pieces, self.pieces[1:], strict=False):
-            panels = max(4, math.ceil(natural_frequency * (end - begin) / _PANEL))
-            width = (end - begin) / panels
-            for i in range(panels):
-                for node, weight in zip(_NODES, _WEIGHTS, strict=True):
-                    nodes.append(begin + width * (i + 0.5 + 0.5 * node))
-                    moves.append(0.5 * width * weight * self._unit(nodes[-1])[1])
-        return np.array(nodes), np.array(moves)
+        """Nodes [s] and the unit move's velocity times the weights there; the same ones for neighbouring frequencies."""
+        lengths = [end - begin for begin, end in pairwise(self.pieces)]
+        wanted = [max(4, math.ceil(natural_frequency * length / _PANEL)) for length in lengths]
+        return _nodes(self, tuple(1 << (panels - 1).bit_length() for panels in wanted))
 
     @cached_property
     def cruise_velocity(self) -> float:
@@ -140,6 +135,19 @@ class Profile:
         if self.kind == ProfileKind.trapezoid:
             return abs(self.distance) / (self.duration - self.ramp)
         return abs(self.distance) / (self.duration - 2.0 * self.ramp) if self.kind == ProfileKind.s_curve else 0.0
+
+
+@lru_cache(maxsize=64)
+def _nodes(law: Profile, panels: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss-Legendre nodes [s] of all pieces, and the unit move's velocity times the weights there."""
+    nodes, moves = [], []
+    for (begin, end), count in zip(pairwise(law.pieces), panels, strict=True):
+        width = (end - begin) / count
+        for i in range(count):
+            for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+                nodes.append(begin + width * (i + 0.5 + 0.5 * node))
+                moves.append(0.5 * width * weight * law._unit(nodes[-1])[1])
+    return np.array(nodes), np.array(moves)
 
 
 def profile(

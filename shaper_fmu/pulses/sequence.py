@@ -6,6 +6,7 @@ import cmath
 import math
 from dataclasses import dataclass
 
+from shaper_fmu.analysis.vibration import relative_residual
 from shaper_fmu.errors import ComponentError
 
 
@@ -70,8 +71,7 @@ class PulseSequence:
 
     def relative_residual(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
         """|S|/L = V exp(zeta w tau): the residual envelope over that of a step at time 0, both at the same instant."""
-        growth = math.exp(damping_ratio * natural_frequency * self.travel_time)
-        return growth * self.residual_vibration(natural_frequency, damping_ratio)
+        return relative_residual(self, natural_frequency, damping_ratio)
 
 
 def _pole(natural_frequency: float, damping_ratio: float) -> complex:

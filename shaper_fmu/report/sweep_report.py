@@ -45,10 +45,13 @@ def robustness_table(study: Study, runs: list[Run], system: System, metric: str,
         return f"{text} ({found[case, value] / reference:.1%})" if reference and case != study.reference else text
 
     varied_unit, varied_factor = system.display_unit(system.ports([varied])[0])
-    head = [
-        f"{value * varied_factor:g} {varied_unit} ({'nominal' if value == nominal else f'{value / nominal - 1:+.0%}'})"
-        for value in columns
-    ]
+
+    def place(value: float) -> str:
+        if value == nominal:
+            return "nominal"
+        return f"{value / nominal - 1:+.0%}" if nominal else f"nominal {value * varied_factor:+g}"
+
+    head = [f"{value * varied_factor:g} {varied_unit} ({place(value)})" for value in columns]
     rows = [[case, *(cell(case, value) for value in columns)] for case in study.compare]
     related = f" (share of {study.reference})" if study.reference else ""
     return Table(f"{metric.replace('_', ' ').capitalize()} over {varied}{related}", ["", *head], rows)

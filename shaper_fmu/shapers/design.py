@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from shaper_fmu.errors import ComponentError, nearest
 from shaper_fmu.shapers.kinds import Shaper, design_mode
 from shaper_fmu.shapers.sequence import ImpulseSequence, convolve_all
@@ -33,30 +35,44 @@ def shaper(
     Raises ComponentError for a value outside its domain, and when no such shaper exists.
     """
     chosen = _kind(kind)
-    frequencies = [natural_frequency] if isinstance(natural_frequency, int | float) else list(natural_frequency)
-    ratios = [damping_ratio] * len(frequencies) if isinstance(damping_ratio, int | float) else list(damping_ratio)
+    frequencies = _numbers("natural_frequency", natural_frequency)
+    ratios = _numbers("damping_ratio", damping_ratio)
+    if len(ratios) == 1:
+        ratios = ratios * len(frequencies)
     if len(ratios) != len(frequencies):
         raise ComponentError(f"{len(ratios)} damping ratios for {len(frequencies)} natural frequencies")
     _check("vibration_tolerance", vibration_tolerance, 0.0 < vibration_tolerance < 1.0, "0 < V < 1")
     _check("negative_amplitude", negative_amplitude, 0.0 < negative_amplitude <= 1.0, "0 < b <= 1")
-    _check("equal_impulses", equal_impulses, equal_impulses in range(2, 17), "2 to 16")
-    if chosen == Shaper.none:
-        return ImpulseSequence((1.0,), (0.0,), 0.0)
-    sequences = []
+    _check("equal_impulses", equal_impulses, isinstance(equal_impulses, int) and 2 <= equal_impulses <= 16, "2 to 16")
+    sequences: list[ImpulseSequence] = []
     for w, zeta in zip(frequencies, ratios, strict=True):
         _check("natural_frequency", w, 0.0 < w < float("inf"), "> 0 rad/s")
         _check("damping_ratio", zeta, 0.0 <= zeta < 1.0, "0 <= zeta < 1")
+        if chosen == Shaper.none:
+            continue
         workspace: Any = DesignWorkspace()
         workspace.vibration_tolerance = vibration_tolerance
         workspace.negative_amplitude = negative_amplitude
         workspace.equal_impulses = equal_impulses
         count = design_mode(workspace, chosen, zeta)
         if count == 0:
-            limit = f"the damping ratio {zeta:g}, only up to {workspace.damping:.4g}"
-            raise ComponentError(f"no {chosen.name} shaper was found for {limit}")
+            reached = f"the damping ratio {zeta:g}, only up to {workspace.damping:.4g}"
+            options = f"vibration_tolerance {vibration_tolerance:g}, negative_amplitude {negative_amplitude:g}"
+            raise ComponentError(f"no {chosen.name} shaper was found for {reached} ({options}); choose another shaper or tolerance")
         delays = tuple(t / w for t in workspace.factor_delay[:count])
         sequences.append(ImpulseSequence(tuple(workspace.factor_amplitude[:count]), delays, workspace.certificate_left))
     return convolve_all(sequences)
+
+
+def _numbers(name: str, value: Any) -> list[float]:
+    """One number or a sequence of them, as floats."""
+    try:
+        values = [float(value)] if np.ndim(value) == 0 and not isinstance(value, str) else [float(x) for x in value]
+    except (TypeError, ValueError):
+        values = []
+    if not values:
+        raise ComponentError(f"{name} = {value!r}: give a number, or one for each mode")
+    return values
 
 
 def _kind(kind: str | Shaper) -> Shaper:

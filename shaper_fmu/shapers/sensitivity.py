@@ -6,6 +6,7 @@ import math
 
 _HIGHEST_RATIO = 10.0
 _SCAN_STEP = 0.005
+_RIPPLE_SHARE = 0.5  # V changes over frequency ratios of 2 pi / (w T): no faster than a scan in steps of 0.5 / (w T) sees
 _TOUCHING = 1.0 + 1e-9  # a maximum that touches the tolerance, as an EI shaper's does, is no crossing
 
 
@@ -32,8 +33,9 @@ def insensitivity(amplitude, delay, count: int, natural_frequency: float, dampin
     """
     if residual_vibration(amplitude, delay, count, natural_frequency, damping_ratio) > _TOUCHING * tolerance:
         return 0.0
-    above = _crossing(amplitude, delay, count, natural_frequency, damping_ratio, tolerance, _SCAN_STEP)
-    below = _crossing(amplitude, delay, count, natural_frequency, damping_ratio, tolerance, -_SCAN_STEP)
+    step = min(_SCAN_STEP, _RIPPLE_SHARE / max(1e-9, natural_frequency * delay[count - 1]))
+    above = _crossing(amplitude, delay, count, natural_frequency, damping_ratio, tolerance, step)
+    below = _crossing(amplitude, delay, count, natural_frequency, damping_ratio, tolerance, -step)
     return above - below
 
 

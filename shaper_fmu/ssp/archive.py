@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -15,16 +16,18 @@ from shaper_fmu.ssp.structure import Element, Structure
 
 @dataclass(frozen=True)
 class SspSystem:
-    """A system read from an SSP archive, with its structure (which holds the default experiment)."""
+    """A system read from an SSP archive, its structure (which holds the default experiment), and the file's SHA-256."""
 
     system: System
     structure: Structure
+    digest: str
 
 
 def load_ssp(path: Path | str) -> SspSystem:
     """Read an .ssp file. Raises ArchiveError, or ModelError with every problem found, by file and line."""
     path = Path(path)
-    files = read_archive(read_file(path), path.name)
+    content = read_file(path)
+    files = read_archive(content, path.name)
     structure = read_structure(files)
     system = System(structure.name)
     problems: list[str] = []
@@ -35,7 +38,7 @@ def load_ssp(path: Path | str) -> SspSystem:
         _collect(problems, connection.line, lambda start=start, end=end: system.connect(start, end))
     if problems:
         raise ModelError(problems)
-    return SspSystem(system, structure)
+    return SspSystem(system, structure, hashlib.sha256(content).hexdigest())
 
 
 def _collect(problems: list[str], line: int, action) -> None:
@@ -43,6 +46,8 @@ def _collect(problems: list[str], line: int, action) -> None:
         action()
     except ModelError as error:
         problems += [f"{DESCRIPTION}, line {line}: {problem}" for problem in error.problems]
+    except ArchiveError as error:
+        problems.append(f"{DESCRIPTION}, line {line}: {error}")
 
 
 def _add(system: System, element: Element, files: dict[str, bytes]) -> None:

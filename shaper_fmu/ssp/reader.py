@@ -7,6 +7,7 @@ not ignored.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from lxml import etree
@@ -18,6 +19,7 @@ SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
 OSP = "{http://opensimulationplatform.com/SSP/OSPAnnotations}"
 DESCRIPTION = "SystemStructure.ssd"
+_FMU = "application/x-fmu-sharedlibrary"
 
 _NOT_YET = {
     f"{SSD}System/{SSD}ParameterBindings": "parameter bindings of the system",
@@ -83,12 +85,17 @@ def _attribute(node: etree._Element, key: str, file: str = DESCRIPTION) -> str:
 def _time(node: etree._Element | None, key: str) -> float | None:
     text = node.get(key) if node is not None else None
     try:
-        return None if text is None else float(text)
+        value = None if text is None else float(text)
+        if value is not None and not math.isfinite(value):
+            raise ValueError
+        return value
     except ValueError:
         raise ModelError([f"{DESCRIPTION}: {key} = {text!r} is not a number"]) from None
 
 
 def _element(node: etree._Element, files: Mapping[str, bytes]) -> Element:
+    if node.get("type", _FMU) != _FMU or node.get("implementation", "any") not in ("any", "CoSimulation"):
+        raise ModelError([f"{DESCRIPTION}, line {node.sourceline}: only co-simulation FMUs can be components so far"])
     parameters = []
     for binding in node.iterfind(f"{SSD}ParameterBindings/{SSD}ParameterBinding"):
         if binding.get("prefix"):
@@ -106,6 +113,8 @@ def _element(node: etree._Element, files: Mapping[str, bytes]) -> Element:
 
 
 def _values(parameter_set: etree._Element, file: str) -> list[ParameterValue]:
+    if parameter_set.tag != f"{SSV}ParameterSet":
+        raise ModelError([f"{file}: not an SSP 1.0 parameter set (root {parameter_set.tag})"])
     values = []
     for node in parameter_set.iterfind(f"{SSV}Parameters/{SSV}Parameter"):
         name = _attribute(node, "name", file)

@@ -50,10 +50,20 @@ class Store:
         self.path = Path(path)
         if study is None and not self.path.is_file():
             raise StudyError(f"{path}: no such store; run 'shaper-fmu sweep' first")
-        self._database = sqlite3.connect(self.path)
         try:
-            self._database.execute("PRAGMA journal_mode=WAL")
-            self._database.executescript(_SCHEMA)
+            mode = "ro" if study is None else "rwc"
+            self._database = sqlite3.connect(f"{self.path.resolve().as_uri()}?mode={mode}", uri=True)
+        except sqlite3.DatabaseError as error:
+            raise StudyError(f"{path}: cannot be opened: {error}") from None
+        try:
+            tables = {name for (name,) in self._database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+            if tables and "study" not in tables:
+                raise StudyError(f"{path}: a database, but not a sweep's store")
+            if study is not None:
+                self._database.execute("PRAGMA journal_mode=WAL")
+                self._database.executescript(_SCHEMA)
+            elif not tables:
+                raise StudyError(f"{path}: this store holds no study")
             if study is not None:
                 self._plan(study, provenance or {})
             elif not self._value("study"):

@@ -102,6 +102,10 @@ def read_study(path: Path | str) -> Study:
         raise StudyError(
             f"{path}: reference = {study.reference!r} is not one of [compare].{nearest(study.reference, study.compare)}"
         )
+    if not (0.0 < study.step <= study.stop_time < float("inf")):
+        raise StudyError(
+            f"{path}: step = {study.step} and stop_time = {study.stop_time} must be positive, the step the smaller one"
+        )
     if not study.compare or not study.vary or not study.metrics:
         raise StudyError(f"{path}: a study needs at least one entry in each of [vary], [compare] and [metrics]")
     return study
