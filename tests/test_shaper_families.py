@@ -8,7 +8,9 @@ import random
 
 import pytest
 
+from shaper_fmu.commands.input_shaper import NO_SOLUTION, InputShaper
 from shaper_fmu.errors import ComponentError
+from shaper_fmu.export.compile import jit, record_of
 from shaper_fmu.shapers.design import shaper
 from shaper_fmu.shapers.kinds import Shaper
 from shaper_fmu.shapers.sequence import ImpulseSequence
@@ -228,8 +230,6 @@ def test_wrong_sequences_are_refused(amplitudes, delays, words):
 
 @pytest.mark.parametrize("kind", [item.name for item in Shaper if item.name != "custom"])
 def test_the_fmus_component_designs_the_same(kind):
-    from shaper_fmu.commands.input_shaper import InputShaper
-
     component = InputShaper(shaper=kind, modes=2, natural_frequency=[3.0, 7.1], damping_ratio=[0.06, 0.02])
     component.initialize()
     sequence = shaper(kind, [3.0, 7.1], [0.06, 0.02])
@@ -252,3 +252,16 @@ def test_what_sampling_costs(samples):
     if samples == 21:
         assert complex_v(rounded, 1.0, 0.0) == pytest.approx(0.075, abs=5e-4)
         assert complex_v(split, 1.0, 0.0) == pytest.approx(0.0056, abs=5e-5)
+
+
+def test_every_kind_is_designed_alike_when_compiled():
+    """The whole record after `start`, bit for bit; and the same status where there is no such shaper."""
+    compiled = jit(InputShaper, "start")
+    for kind in Shaper:
+        for zeta in (0.0, 0.07):
+            plain = InputShaper(shaper=kind, modes=2, natural_frequency=[3.0, 7.1], damping_ratio=[zeta, 0.02])
+            record = record_of(plain)
+            assert (plain.start() or 0) == compiled(record[0]) == 0
+            assert record_of(plain).tobytes() == record.tobytes(), kind.name
+    impossible = InputShaper(shaper="three_hump_ei", damping_ratio=[0.6])
+    assert impossible.start() == compiled(record_of(impossible)[0]) == NO_SOLUTION

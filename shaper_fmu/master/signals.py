@@ -44,10 +44,8 @@ def typed_signal(variable: ModelVariable, signal: Signal, target: str) -> Signal
             value = signal(t)
         except Exception as error:
             raise SimulationError(f"{target} at t = {t:.15g} s: its function failed: {type(error).__name__}: {error}") from error
-        if isinstance(value, float):
-            fits = variable.type == "Real" or value in (0.0, 1.0) or (variable.type != "Boolean" and value.is_integer())
-            if (fits and abs(value) < 2.0**31) or variable.type == "Real":
-                return value if variable.type == "Real" else int(value)
+        if variable.type == "Real" and isinstance(value, float):
+            return value
         try:
             return typed_value(variable, value, f"{target} at t = {t:.15g} s")
         except ModelError as error:
