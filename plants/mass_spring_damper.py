@@ -14,14 +14,16 @@ class MassSpringDamper(Component):
     kept while the step stays the same.
     """
 
+    continuous_states = ("position", "velocity")
+
     force = Input("N", "force on the mass")
     mass = Parameter(1.0, "kg", "moving mass", min=0.0, exclusive=True)
     stiffness = Parameter(100.0, "N/m", "spring stiffness", min=0.0, exclusive=True)
     damping = Parameter(1.0, "N.s/m", "viscous damping", min=0.0)
     natural_frequency = Calculated("rad/s", "undamped natural frequency sqrt(k/m)")
     damping_ratio = Calculated("", "damping ratio c / (2 sqrt(k m))")
-    position = Output("m", "displacement from the spring's rest", depends=())
-    velocity = Output("m/s", "speed", depends=())
+    position = Output("m", "displacement from the spring's rest", depends=(), derivative="velocity")
+    velocity = Output("m/s", "speed", depends=(), derivative="acceleration")
     acceleration = Output("m/s2", "acceleration", depends=("force",))
 
     known_step = State(-1.0)  # the step that the transition matrix belongs to

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from shaper_fmu.component import Calculated, Input, Output, Parameter, State
+from shaper_fmu.component import Calculated, Input, Local, Output, Parameter
 from shaper_fmu.integration import Integrated, integrate
 
 ROPE_SPENT = 1
@@ -20,6 +20,7 @@ class OverheadCrane(Integrated):
 
     messages = {ROPE_SPENT: "hoisting at {hoist_speed} m/s leaves no rope (rope length {rope_length} m)"}
     default_stop_time = 30.0
+    continuous_states = ("trolley_position", "trolley_speed", "rope_length", "swing_angle", "swing_rate")
 
     trolley_acceleration = Input("m/s2", "acceleration of the trolley")
     hoist_speed = Input("m/s", "speed at which the load is hoisted: the rope shortens")
@@ -27,13 +28,21 @@ class OverheadCrane(Integrated):
     damping_ratio = Parameter(0.0, "", "damping ratio of small swings at the initial rope length", min=0.0)
     gravity = Parameter(9.81, "m/s2", "acceleration of gravity", min=0.0, exclusive=True)
     natural_frequency = Calculated("rad/s", "frequency of small undamped swings at the initial rope length, sqrt(g/l0)")
-    trolley_position = Output("m", "position of the trolley", depends=())
-    rope_length = Output("m", "rope length", depends=())
-    swing_angle = Output("rad", "swing angle, positive when the load is ahead of the trolley", depends=(), display_unit="deg")
-    swing_rate = Output("rad/s", "rate of the swing angle", depends=(), display_unit="deg/s")
+    trolley_position = Output("m", "position of the trolley", depends=(), derivative="trolley_speed")
+    rope_length = Output("m", "rope length", depends=(), derivative="rope_speed")
+    swing_angle = Output(
+        "rad",
+        "swing angle, positive when the load is ahead of the trolley",
+        depends=(),
+        display_unit="deg",
+        derivative="swing_rate",
+    )
+    swing_rate = Output("rad/s", "rate of the swing angle", depends=(), display_unit="deg/s", derivative="swing_acceleration")
     load_position = Output("m", "horizontal position of the load", depends=())
-
-    trolley_speed = State(0.0)
+    trolley_speed = Local("m/s", "speed of the trolley", derivative="trolley_speed_rate")
+    trolley_speed_rate = Local("m/s2", "acceleration of the trolley")
+    rope_speed = Local("m/s", "speed at which the rope gets longer")
+    swing_acceleration = Local("rad/s2", "acceleration of the swing angle")
 
     def start(self):
         self.natural_frequency = math.sqrt(self.gravity / self.initial_rope_length)
@@ -43,23 +52,33 @@ class OverheadCrane(Integrated):
         if h > 0.0:
             if self.rope_length - self.hoist_speed * h <= 0.0:
                 return ROPE_SPENT
+            self.x[0] = self.swing_angle
+            self.x[1] = self.swing_rate
             status = integrate(self, swing_derivatives, 2, h)
             if status:
                 return status
+            self.swing_angle = self.x[0]
+            self.swing_rate = self.x[1]
             self.trolley_position += (self.trolley_speed + 0.5 * self.trolley_acceleration * h) * h
             self.trolley_speed += self.trolley_acceleration * h
             self.rope_length -= self.hoist_speed * h
-        self.swing_angle = self.x[0]
-        self.swing_rate = self.x[1]
+        self.trolley_speed_rate = self.trolley_acceleration
+        self.rope_speed = -self.hoist_speed
+        self.swing_acceleration = swing_acceleration(self, 0.0, self.swing_angle, self.swing_rate)
         self.load_position = self.trolley_position + self.rope_length * math.sin(self.swing_angle)
         return 0
 
 
 def swing_derivatives(m, s, x, slope):
     """Slopes of swing angle and rate, s after the start of the step."""
-    length = m.rope_length - m.hoist_speed * s
     slope[0] = x[1]
-    slope[1] = (
-        -(m.gravity * math.sin(x[0]) + m.trolley_acceleration * math.cos(x[0]) - 2.0 * m.hoist_speed * x[1]) / length
-        - 2.0 * m.damping_ratio * m.natural_frequency * x[1]
+    slope[1] = swing_acceleration(m, s, x[0], x[1])
+
+
+def swing_acceleration(m, s, angle, rate):
+    """Acceleration of the swing angle [rad/s2], s after the time of m.rope_length."""
+    length = m.rope_length - m.hoist_speed * s
+    return (
+        -(m.gravity * math.sin(angle) + m.trolley_acceleration * math.cos(angle) - 2.0 * m.hoist_speed * rate) / length
+        - 2.0 * m.damping_ratio * m.natural_frequency * rate
     )

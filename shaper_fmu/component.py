@@ -7,9 +7,16 @@ so that the same source runs as plain Python and compiles:
 - `start(self)` computes calculated parameters and initial states from the parameters;
 - `step(self, t, h)` takes the inputs, held over [t, t + h], and sets the outputs to their values at t + h, from the
   right where they jump. `h` may be zero: at the start it gives the initial outputs, later it serves an event.
+  While `left_limits` is true, events at t + h itself are left for later and outputs are the values from the left;
+  a kernel that asks `time_tolerance` whether an event is reached has nothing else to do for this.
 
 Either returns nothing (or 0) for success, or a number that `messages` explains; "{name}" in a message stands for the
-value of a variable. This module uses the standard library alone, because every exported FMU carries it.
+value of a variable.
+
+For model exchange a component tells its `continuous_states`, each a variable with a `derivative`; a step of length zero
+then computes outputs and derivatives from them. Components with time events alone give an empty tuple, and `sampled`
+where their inputs act only at communication points and events. This module uses the standard library alone, because
+every exported FMU carries it.
 """
 
 from __future__ import annotations
@@ -31,13 +38,14 @@ Scalar = float | int | bool
 Exclusive = bool | Literal["min", "max"]
 
 
-def time_tolerance(t: float, h: float) -> float:
-    """How close to the end of the step [t, t + h] an event counts as reached [s].
+def time_tolerance(m: Component, t: float, h: float) -> float:
+    """How close to the end of the step [t, t + h] an event counts as reached [s]; negative for values from the left.
 
     A master's communication points carry rounding errors; an edge that is meant to fall on one must not be missed by
     one unit in the last place, because a master that holds inputs would then lose a whole step.
     """
-    return 1e-9 * h + 64.0 * 2.220446049250313e-16 * abs(t)
+    tolerance = 1e-9 * h + 64.0 * 2.220446049250313e-16 * abs(t)
+    return -tolerance if m.left_limits else tolerance
 
 
 class Variable:
@@ -58,11 +66,13 @@ class Variable:
         tunable: bool = False,
         display_unit: str = "",
         depends: tuple[str, ...] | None = None,
+        derivative: str = "",
     ):
         self.name = ""
         self.causality, self.unit, self.description = causality, unit, description
         self.size, self.min, self.max, self.exclusive = size, min, max, exclusive
         self.tunable, self.display_unit, self.depends = tunable, display_unit, depends
+        self.derivative = derivative
         first = start[0] if isinstance(start, list | tuple) else start
         self.kind: type = kind or (type(first) if isinstance(first, enum.IntEnum | bool | int) else float)
         given = list(start) if isinstance(start, list | tuple) else [start] * (size or 1)
@@ -122,8 +132,14 @@ def Input(unit: str, description: str, start: Any = 0.0, **options: Any) -> Vari
 
 
 def Output(unit: str, description: str, start: Any = 0.0, **options: Any) -> Variable:
-    """An output. `depends` names the inputs that act on it without delay (default: all). Options: kind, size, display_unit."""
+    """An output. `depends` names the inputs that act on it without delay (default: all), `derivative` the variable that is
+    its time derivative. Options: kind, size, display_unit."""
     return Variable("output", start, unit, description, **options)
+
+
+def Local(unit: str, description: str, start: Any = 0.0, **options: Any) -> Variable:
+    """A variable to look at, not to connect: such as a state that is no output, or its derivative. Options as of Output."""
+    return Variable("local", start, unit, description, **options)
 
 
 def Parameter(start: Any, unit: str, description: str, **options: Any) -> Variable:
@@ -147,8 +163,11 @@ _ELEMENT = re.compile(r"(.+)\[(\d+)\]$")
 class Component:
     """Base of all components; see the module's text. The keyword arguments are start values of inputs and parameters."""
 
-    variables: ClassVar[dict[str, Variable]] = {}
+    left_limits = State(False)
+    variables: ClassVar[dict[str, Variable]] = {"left_limits": left_limits}
     messages: ClassVar[dict[int, str]] = {}
+    continuous_states: ClassVar[tuple[str, ...] | None] = None
+    sampled: ClassVar[bool] = False
     default_stop_time: ClassVar[float] = 10.0
     default_step_size: ClassVar[float] = 0.01
     _real_results: ClassVar[list[Variable]]
@@ -164,7 +183,7 @@ class Component:
         cls.variables = {**cls.variables, **own}
         for base in cls.__mro__[1:]:
             cls.messages = {**getattr(base, "messages", {}), **cls.messages}
-        results = [v for v in cls.variables.values() if v.causality in ("output", "calculatedParameter")]
+        results = [v for v in cls.variables.values() if v.causality in ("output", "local", "calculatedParameter")]
         cls._real_results = [v for v in results if v.kind is float]
         fields = [(v.name, v.code, v.size) for v in cls.variables.values()]
         cls._layout = struct.Struct("<" + "".join(f"{v.size or 1}{v.code}" for v in cls.variables.values()))
@@ -219,14 +238,19 @@ class Component:
         self._run(time, self.start)
         self._run(time, self.step, time, 0.0)
 
-    def do_step(self, time: float, step: float) -> None:
-        """Advance from `time` by `step` >= 0 [s] with the inputs held. Raises ComponentError, and then the record is spent."""
+    def do_step(self, time: float, step: float, left_limits: bool = False) -> None:
+        """Advance from `time` by `step` >= 0 [s] with the inputs held. Raises ComponentError, and then the record is spent.
+
+        With `left_limits`, events at the end of the step are left to a following step of length zero.
+        """
         if not (math.isfinite(time) and math.isfinite(step) and step >= 0.0):
             raise ComponentError(
                 f"{type(self).__name__}: a step of {step} s at t = {time} s is not possible; it must be finite and not negative"
             )
         self.check_values("input", when=f" at t = {time:.15g} s")
+        self.left_limits = left_limits
         self._run(time, self.step, time, step)
+        self.left_limits = False
 
     def check_values(self, *causalities: str, when: str = "") -> None:
         """Raise ComponentError for the first value outside its domain among variables of these causalities."""

@@ -56,6 +56,9 @@ class InputShaper(DesignWorkspace):
         BAD_TUNING: "natural_frequency must be greater than 0 rad/s and damping_ratio in 0 <= . < 1",
     }
 
+    continuous_states = ()
+    sampled = True
+
     command = Input("", "command to be shaped")
     shaper = Parameter(Shaper.zv, "", "kind of shaper")
     modes = Parameter(1, "", "number of modes", min=1, max=MODES)
@@ -225,7 +228,7 @@ def retune(m):
 
 def pass_jumps(m, t, h):
     """Let the jumps of former designs due until t + h happen; returns the mean of their offset over [t, t + h]."""
-    until = t + h + time_tolerance(t, h)
+    until = t + h + time_tolerance(m, t, h)
     mean = m.offset
     k = 0
     while k < m.jumps:
@@ -260,7 +263,7 @@ def record_edge(m, t):
 
 def pass_edges(m, i, t, h):
     """Let impulse i pass the edges due until t + h, and note the next one; returns the mean over [t, t + h] of what it sees."""
-    until = t + h + time_tolerance(t, h)
+    until = t + h + time_tolerance(m, t, h)
     value = m.edge_value[m.reached[i] % EDGES]
     mean = value
     while m.reached[i] < m.newest:

@@ -9,6 +9,9 @@ TOO_SHORT = 1
 NEVER = 2
 IN_GAP = 3
 
+BEFORE = 1.0 - 2.0**-53
+"""Factor that gives the number before a positive one, on the left of an event."""
+
 
 class MotionProfile(Component):
     """A rest-to-rest reference: from 0 to `distance` in exactly `duration`, beginning at `start_time`.
@@ -37,6 +40,8 @@ class MotionProfile(Component):
         "duration is {shortest_duration} s, but its speed rises again, and longer ones are possible from {possible_duration} s on",
     }
 
+    continuous_states = ()
+
     profile = Parameter(ProfileKind.cycloid, "", "kind of profile")
     distance = Parameter(1.0, "m", "distance to move, negative for the other way")
     duration = Parameter(1.0, "s", "time from start to rest (a step needs none)", min=0.0, exclusive=True)
@@ -46,8 +51,8 @@ class MotionProfile(Component):
     max_velocity = Parameter(NO_LIMIT, "m/s", "speed never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True)
     max_acceleration = Parameter(NO_LIMIT, "m/s2", "acceleration never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True)
     shortest_duration = Calculated("s", "shortest duration that the limits permit, 0 without limits")
-    position = Output("m", "reference position")
-    velocity = Output("m/s", "reference velocity")
+    position = Output("m", "reference position", derivative="velocity")
+    velocity = Output("m/s", "reference velocity", derivative="acceleration")
     acceleration = Output("m/s2", "reference acceleration")
     moving = Output("", "true from the start of the move to its end", start=False)
     next_event_time = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
@@ -75,7 +80,7 @@ class MotionProfile(Component):
 
     def step(self, t, h):
         now = t + h
-        tolerance = time_tolerance(t, h)
+        tolerance = time_tolerance(self, t, h)
         span = 0.0 if self.profile == ProfileKind.step else self.duration
         self.position = 0.0
         self.velocity = 0.0
@@ -89,13 +94,14 @@ class MotionProfile(Component):
         else:
             self.moving = True
             self.next_event_time = self.start_time + span
-            s = max(0.0, now - self.start_time)
+            s = max(0.0, min(span, now - self.start_time))
             for i in range(2):
                 event = inner_event(self.profile, i, span, self.ramp)
                 if now >= self.start_time + event - tolerance:
                     s = max(s, event)
                 else:
                     self.next_event_time = min(self.next_event_time, self.start_time + event)
+                    s = min(s, event * BEFORE)
             position, velocity, acceleration = unit_move(
                 self.profile, s, self.duration, self.ramp, self.natural_frequency, self.damping_ratio
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from shaper_fmu.component import Component, Input, Output, Parameter, State
+from shaper_fmu.component import Component, Input, Local, Output, Parameter
 
 NO_LIMIT = 1e300
 
@@ -17,6 +17,8 @@ class PositionController(Component):
     changes nothing. (Back-calculation would add a time constant to choose, and its response would depend on it.)
     """
 
+    continuous_states = ("integral_force",)
+
     reference = Input("m", "position wanted")
     position = Input("m", "position measured")
     velocity = Input("m/s", "velocity measured")
@@ -27,14 +29,18 @@ class PositionController(Component):
         NO_LIMIT, "N", "magnitude of the force never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True
     )
     force = Output("N", "force on the plant")
-
-    integral_force = State(0.0)
+    integral_force = Local("N", "integral part of the force", derivative="integral_rate")
+    integral_rate = Local("N/s", "rate of the integral part: 0 where the integration stops")
 
     def step(self, t, h):
         error = self.reference - self.position
         direct = self.proportional_gain * error - self.derivative_gain * self.velocity
-        self.integral_force = integrated(self.integral_force, self.integral_gain * error * h, direct, self.force_limit)
-        self.force = max(-self.force_limit, min(self.force_limit, direct + self.integral_force))
+        rate = self.integral_gain * error
+        self.integral_force = integrated(self.integral_force, rate * h, direct, self.force_limit)
+        total = direct + self.integral_force
+        stopped = (rate > 0.0 and total >= self.force_limit) or (rate < 0.0 and total <= -self.force_limit)
+        self.integral_rate = 0.0 if stopped else rate
+        self.force = max(-self.force_limit, min(self.force_limit, total))
 
 
 def integrated(integral: float, gain: float, direct: float, limit: float) -> float:

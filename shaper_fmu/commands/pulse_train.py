@@ -54,6 +54,8 @@ class PulseTrain(DesignWorkspace):
         NO_UNITY_MAGNITUDE: "no unity magnitude switch times were found for damping_ratio = {damping_ratio}",
     }
 
+    continuous_states = ()
+
     design = Parameter(Design.carrier, "", "kind of design")
     amplitude = Parameter(1.0, "", "value of the command when on; reference and carrier have the same scale")
     duration = Parameter(0.4, "s", "travel time of carrier, carrier_polished and minimax", min=0.0, exclusive=True)
@@ -96,7 +98,7 @@ class PulseTrain(DesignWorkspace):
         return 0
 
     def step(self, t, h):
-        tolerance = time_tolerance(t, h)
+        tolerance = time_tolerance(self, t, h)
         s = t + h - self.start_time
         passed = passed_switches(self, s + tolerance)
         self.pulse = self.amplitude if passed % 2 else 0.0
@@ -187,5 +189,5 @@ def unit_reference(m, s, tolerance):
         return 1.0
     if m.design == Design.zv_carrier:
         return staircase_level(m.damping_ratio)
-    position, _, _ = cycloid_versine_ramp(max(0.0, s), m.duration, m.natural_frequency, m.damping_ratio)
+    position, _, _ = cycloid_versine_ramp(max(0.0, min(m.travel_time, s)), m.duration, m.natural_frequency, m.damping_ratio)
     return position

@@ -8,6 +8,7 @@ from shaper_fmu.component import NO_EVENT, Component, Input, Output, Parameter, 
 
 MOST_PERIODS = 1e5
 FARTHEST_EDGE = 1e12
+SAME_TIME = 1e-3  # in periods
 
 TOO_MANY_PERIODS = 1
 TOO_WIDE = 2
@@ -35,6 +36,9 @@ class PulseWidthModulator(Component):
         "{carrier_frequency} Hz: a pulse and a gap of this width do not fit in",
     }
 
+    continuous_states = ()
+    sampled = True
+
     reference = Input("", "share of the time to be on, 0 to 1")
     carrier_frequency = Parameter(20.0, "Hz", "frequency of the carrier", min=0.0, exclusive=True)
     carrier_phase = Parameter(0.0, "rad", "phase of the carrier at time zero; 0 is at its peak, falling", display_unit="deg")
@@ -56,9 +60,10 @@ class PulseWidthModulator(Component):
             return TOO_MANY_PERIODS
         if not self.carrier_frequency * (abs(t) + h) + abs(self.carrier_phase) < FARTHEST_EDGE:
             return TOO_FAR
-        until = t + h + time_tolerance(t, h)
+        until = t + h + time_tolerance(self, t, h)
         share = served_share(self)
-        edge = first_edge(self, share, max(t, self.done_until))
+        follows = self.carrier_frequency * (t - self.done_until) < SAME_TIME  # else the first step, or one after a gap
+        edge = first_edge(self, share, self.done_until if follows else t)
         now = t
         on_time = 0.0
         due, edge = next_switch(self, share, now, edge)

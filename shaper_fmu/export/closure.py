@@ -11,6 +11,7 @@ import hashlib
 import importlib.util
 import sys
 from pathlib import Path
+from types import FunctionType
 
 from shaper_fmu.component import Component
 from shaper_fmu.errors import BuildError
@@ -29,8 +30,7 @@ def packed_sources(component: type[Component]) -> tuple[str, dict[str, str]]:
     while pending:
         module = pending.pop()
         if module not in sources:
-            # the class tells its own file: its module's name may meanwhile stand for another file
-            file = Path(component.step.__code__.co_filename) if module == component.__module__ else _source_file(module)
+            file = source_file(component) if module == component.__module__ else _source_file(module)
             sources[module] = file.read_text(encoding="utf-8")
             pending += _imported(module, sources[module], packages)
     digest = hashlib.sha256(repr((component.__name__, sorted(sources.items()))).encode()).hexdigest()[:16]
@@ -42,6 +42,12 @@ def packed_sources(component: type[Component]) -> tuple[str, dict[str, str]]:
             files["/".join([root, *parts[:depth], "__init__.py"])] = ""
         files["/".join([root, *parts]) + ".py"] = _rerooted(module, source, packages, root)
     return root, dict(sorted(files.items()))
+
+
+def source_file(component: type[Component]) -> Path:
+    """The file that defines the component. The class tells it: its module's name may meanwhile stand for another file."""
+    own = next((value for value in vars(component).values() if isinstance(value, FunctionType)), None)
+    return Path(own.__code__.co_filename) if own is not None else _source_file(component.__module__)
 
 
 def _source_file(module: str) -> Path:

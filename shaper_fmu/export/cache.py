@@ -1,0 +1,55 @@
+"""What was compiled once is kept: files under names that are hashes of all that they are made from.
+
+The folder is the user's cache folder, or what the environment variable SHAPER_FMU_CACHE names. It may be deleted at any time.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from filelock import FileLock
+from platformdirs import user_cache_path
+
+from shaper_fmu.errors import BuildError
+
+
+def cache_folder() -> Path:
+    """The folder of the cache; made if it is missing. Raises BuildError if it cannot be."""
+    folder = Path(os.environ.get("SHAPER_FMU_CACHE") or user_cache_path("shaper-fmu"))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BuildError(f"the cache folder {folder} cannot be made ({error.strerror}); set SHAPER_FMU_CACHE to another") from error
+    return folder.resolve()
+
+
+def digest(*parts: str | bytes) -> str:
+    """A name for what is made from these parts."""
+    found = hashlib.sha256()
+    for part in parts:
+        data = part.encode() if isinstance(part, str) else part
+        found.update(len(data).to_bytes(8, "big") + data)
+    return found.hexdigest()[:32]
+
+
+def cached(kind: str, key: str, make: Callable[[], bytes]) -> Path:
+    """The file of this kind and key, made unless it is there. Processes that want the same file wait for the first one."""
+    path = cache_folder() / kind / key
+    if path.is_file():
+        return path
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with FileLock(path.with_name(f"{path.name}.lock")):
+        if not path.is_file():
+            _write(path, make())
+    return path
+
+
+def _write(path: Path, content: bytes) -> None:
+    handle, draft = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    with os.fdopen(handle, "wb") as stream:
+        stream.write(content)
+    os.replace(draft, path)

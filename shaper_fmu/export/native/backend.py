@@ -1,0 +1,112 @@
+"""The native backend: a component in an FMU of FMI 2.0 or 3.0 that carries machine code for every platform, and no Python."""
+
+from __future__ import annotations
+
+import struct
+import tempfile
+from collections.abc import Callable, Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+import fmpy
+
+from shaper_fmu.archives import write_archive
+from shaper_fmu.component import Component
+from shaper_fmu.errors import BuildError, nearest
+from shaper_fmu.export.cache import cached, digest
+from shaper_fmu.export.documentation import documentation_page
+from shaper_fmu.export.fmi2_description import fmi2_native_description
+from shaper_fmu.export.fmi3_description import fmi3_native_description
+from shaper_fmu.export.native.kernels import kernel_files
+from shaper_fmu.export.native.table import component_table
+from shaper_fmu.export.native.toolchain import PLATFORMS, Platform, build_library, toolchain_version
+from shaper_fmu.export.packing import check_component, content_guid, licences
+
+_LAYER = ("component.h", "exchange.c", "life.c", "messages.c", "states.c", "values.c")
+_VERSIONS = {2: ("fmi2.c",), 3: ("fmi3.h", "fmi3.c", "fmi3_simulation.c", "fmi3_absent.c")}
+_DESCRIPTIONS = {2: fmi2_native_description, 3: fmi3_native_description}
+
+
+def build_native_fmu(
+    component: type[Component],
+    folder: Path | str,
+    fmi: int = 2,
+    platforms: Sequence[str] = (),
+    progress: Callable[[str], None] = lambda what: None,
+) -> Path:
+    """Write `folder`/<component>.fmu for this version of FMI and these platforms (default: all), and return its path.
+
+    Equal sources and tools give equal bytes. `progress` is told what is being done. Raises BuildError, and then no file
+    is written or changed.
+    """
+    name = component.__name__
+    chosen = [_platform(platform) for platform in platforms or PLATFORMS]
+    check_component(component)
+    progress(f"{name}: kernels")
+    kernels = kernel_files(component)
+    generator = f"shaper-fmu {version('shaper-fmu')} with ziglang {toolchain_version()}"
+    files = {"documentation/index.html": documentation_page(component).encode(), **licences("shaper-fmu")}
+    draft = _DESCRIPTIONS[fmi](component, "", generator)
+    table = component_table(component, "")
+    made_of = {file.name: file.read_bytes() for file in [*_layer_sources(fmi), *kernels.values()]}
+    token = content_guid({**files, **made_of, "modelDescription.xml": draft, "table.c": table.encode()})
+    files["modelDescription.xml"] = _DESCRIPTIONS[fmi](component, token, generator)
+    libraries = {}
+    for platform in chosen:
+        progress(f"{name}: FMI {fmi}.0, {platform.name}")
+        libraries[platform.name] = library(component, token, fmi, platform, list(kernels.values())).read_bytes()
+    files |= _binaries(name, fmi, libraries)
+    return write_archive(Path(folder) / f"{name}.fmu", files)
+
+
+def library(component: type[Component], token: str, fmi: int, platform: Platform, kernels: list[Path]) -> Path:
+    """The shared library of a component, from the cache or compiled."""
+    table = component_table(component, token)
+    sources = _layer_sources(fmi)
+    contents = [file.read_bytes() for file in [*sources, *kernels, Path(__file__).parent / "toolchain.py"]]
+    key = digest(table, toolchain_version(), platform.target, *contents)
+
+    def make() -> bytes:
+        with tempfile.TemporaryDirectory() as folder:
+            table_file = Path(folder) / "table.c"
+            table_file.write_text(table)
+            compiled = [file for file in sources if file.suffix == ".c"]
+            includes = [Path(__file__).parent, Path(fmpy.__file__).parent / "c-code"]
+            target = Path(folder) / f"{component.__name__}{platform.suffix}"
+            build_library([*compiled, *kernels, table_file], target, platform, includes)
+            return target.read_bytes()
+
+    return cached("libraries", f"{component.__name__}-{key}{platform.suffix}", make)
+
+
+def _platform(name: str) -> Platform:
+    if name not in PLATFORMS:
+        raise BuildError(f"there is no platform {name!r}.{nearest(name, PLATFORMS)} Known are {', '.join(PLATFORMS)}")
+    return PLATFORMS[name]
+
+
+def _layer_sources(fmi: int) -> list[Path]:
+    return [Path(__file__).parent / name for name in (*_LAYER, *_VERSIONS[fmi])]
+
+
+def _binaries(name: str, fmi: int, libraries: dict[str, bytes]) -> dict[str, bytes]:
+    """The libraries under the folders where importers look for them."""
+    found = {}
+    for platform_name, content in libraries.items():
+        platform = PLATFORMS[platform_name]
+        folder = platform.fmi2_folder if fmi == 2 else platform.name
+        found[f"binaries/{folder}/{name}{platform.suffix}"] = content
+    if fmi == 2 and {"x86_64-darwin", "aarch64-darwin"} <= libraries.keys():  # importers on both look into darwin64
+        found[f"binaries/darwin64/{name}.dylib"] = universal_library(libraries["x86_64-darwin"], libraries["aarch64-darwin"])
+    return found
+
+
+def universal_library(x86_64: bytes, aarch64: bytes) -> bytes:
+    """Both Mach-O libraries in one file: a big-endian header, then each library on a page of 16 KiB (Apple's fat format)."""
+    page = 1 << 14
+    content = struct.pack(">II", 0xCAFEBABE, 2)
+    first = page
+    second = first + -(-len(x86_64) // page) * page
+    content += struct.pack(">5I", 0x01000007, 3, first, len(x86_64), 14)
+    content += struct.pack(">5I", 0x0100000C, 0, second, len(aarch64), 14)
+    return content.ljust(first, b"\0") + x86_64.ljust(second - first, b"\0") + aarch64

@@ -1,0 +1,162 @@
+/* What the generic FMI layers know about a component: a table that is generated from its declaration, and what can be
+   done with a live record of it, whatever the version of FMI. */
+
+#ifndef COMPONENT_H
+#define COMPONENT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define NO_EVENT 1e300
+
+typedef enum { REAL, INTEGER, BOOLEAN, ENUMERATION } Kind;
+typedef enum { INPUT, OUTPUT, PARAMETER, CALCULATED, LOCAL, HIDDEN } Causality;
+typedef enum { UNBOUNDED, INCLUSIVE, EXCLUSIVE } Bound;
+
+typedef struct {
+    int value;
+    const char *text;
+} NumberedText; /* an item of an enumeration, or a kernel's status number and its message */
+
+typedef struct {
+    const char *name;
+    const char *unit;
+    Kind kind;
+    Causality causality;
+    int tunable;
+    int size;     /* number of elements; 0 for a scalar */
+    int offset;   /* of the first element in the record: doubles for REAL, 32-bit integers for all other kinds */
+    double start; /* of all elements, unless `starts` gives one for each */
+    const double *starts;
+    Bound lower, upper;
+    double min, max;
+    int items; /* of an enumeration */
+    const NumberedText *item;
+    int derivative; /* index of the variable that is its time derivative, or -1 */
+} Variable;
+
+typedef struct {
+    uint16_t variable, element;
+} Scalar;
+
+typedef int (*StartKernel)(int *status, void **unused, void *record);
+typedef int (*StepKernel)(int *status, void **unused, void *record, double t, double h);
+
+typedef struct {
+    const char *name;
+    const char *token; /* the GUID of FMI 2, the instantiation token of FMI 3 */
+    uint64_t digest;   /* of name and record layout: marks saved states */
+    int record_size;
+    int left_limits;     /* offset of the flag that asks for values from the left */
+    int next_event_time; /* offset of the announced event, or -1 */
+    int sampled;         /* whether inputs act only when sampled (model exchange) */
+    int model_exchange;  /* whether the component can be integrated by the importer */
+    int variables;
+    const Variable *variable;
+    int inputs; /* indices into variable */
+    const uint16_t *input;
+    int results; /* real outputs, locals and calculated parameters */
+    const uint16_t *result;
+    int visible; /* FMI 3 value references: index into visible_variable; `visible` itself is the time */
+    const uint16_t *visible_variable;
+    int scalars; /* FMI 2 value references: index into scalar */
+    const Scalar *scalar;
+    int states; /* continuous states, element by element */
+    const Scalar *state;
+    int messages;
+    const NumberedText *message;
+    StartKernel start;
+    StepKernel step;
+} Component;
+
+extern const Component component;
+
+/* Phases of an instance's life; a function may be called in the phases of its mask. */
+typedef enum {
+    INSTANTIATED = 1,
+    INITIALIZING = 2,
+    STEPPING = 4,    /* co-simulation */
+    EVENT = 8,       /* event mode of model exchange, and of co-simulation in FMI 3 */
+    CONTINUOUS = 16, /* model exchange */
+    INTERMEDIATE = 32, /* inside the importer's intermediate update */
+    TERMINATED = 64,
+    FAILED = 128
+} Phase;
+
+typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status; /* numbered alike in FMI 2 and 3 */
+
+enum { LOG_EVENTS = 1, LOG_WARNING = 2, LOG_DISCARD = 4, LOG_ERROR = 8, LOG_FATAL = 16, LOG_ALL = 31 };
+
+typedef struct Instance Instance;
+
+struct Instance {
+    char *name;
+    unsigned char *record;  /* the component's values */
+    unsigned char *scratch; /* model exchange: the values at a trial time */
+    unsigned char *held;    /* model exchange: the record of the last event, for its inputs */
+    Phase phase;
+    Status step_status;
+    int model_exchange, event_mode, early_return, stale, tried, stop_defined;
+    double time;        /* of the record in co-simulation; the trial time in model exchange */
+    double record_time; /* up to which the record has been advanced */
+    double event_time;  /* of an event that waits to be handled, or NO_EVENT */
+    double stop_time;
+    int log_mask;
+    void *environment;
+    void (*log)(Instance *, Status, const char *category, const char *text);
+    void (*callback)(void); /* of the FMI version: the logger, or the intermediate update */
+    void (*second_callback)(void);
+    char text[1024];
+};
+
+/* life.c */
+Instance *new_instance(const char *name, int model_exchange);
+void free_instance(Instance *);
+void reset_instance(Instance *);
+int check_identity(Instance *, const char *name, const char *token, int known_type);
+int allowed(Instance *, const char *function, int phases);
+Status set_start(Instance *, double start, int stop_defined, double stop);
+Status enter_initialization(Instance *);
+Status exit_initialization(Instance *, Phase next);
+Status refresh(Instance *);
+Status advance(Instance *, double t, double h, int left_limits);
+Status check_step(Instance *, double t, double h);
+Status enter_event_mode(Instance *);
+double next_event(const Instance *);
+int samples_changed(const Instance *);
+
+/* states.c */
+size_t serialized_size(void);
+Status save_state(Instance *, void **state);
+Status restore_state(Instance *, const void *state);
+Status serialize_state(Instance *, const void *state, void *bytes, size_t size);
+Status deserialize_state(Instance *, const void *bytes, size_t size, void **state);
+void free_state(void **state);
+
+/* exchange.c */
+Status set_time(Instance *, double t);
+Status get_states(Instance *, double *x, size_t n);
+Status set_states(Instance *, const double *x, size_t n);
+Status get_derivatives(Instance *, double *dx, size_t n);
+Status get_nominals(Instance *, double *x, size_t n);
+Status enter_continuous_time(Instance *);
+Status no_indicators(Instance *, size_t n);
+
+/* values.c */
+void *field(const Instance *, const Variable *, int element);
+void start_values(unsigned char *record, int with_inputs_and_parameters);
+Status check_domains(Instance *);
+Status check_inputs(Instance *, double t);
+Status check_results(Instance *, const unsigned char *record, double t);
+int check_element(Instance *, const Variable *, int element, double value, const double *t);
+Status settable(Instance *, const Variable *, int element, double value);
+Status derivative_of(Instance *, const Variable *, int element, int order, double *value);
+int check_null(Instance *, const void *pointer, size_t n, const char *function);
+
+/* messages.c */
+Status refuse(Instance *, Status, const char *format, ...) __attribute__((format(printf, 3, 4)));
+Status kernel_failure(Instance *, const unsigned char *record, int status, double t);
+void put_label(char *text, int size, const Variable *, int element);
+Status set_logging(Instance *, int on, size_t categories, const char *const category[]);
+
+#endif

@@ -1,0 +1,300 @@
+/* FMI 2.0, co-simulation and model exchange, over any component. */
+
+#include "component.h"
+#include "fmi2Functions.h"
+
+#include <string.h>
+
+#define READABLE (INITIALIZING | STEPPING | EVENT | CONTINUOUS | TERMINATED | FAILED)
+#define WRITABLE (INSTANTIATED | INITIALIZING | STEPPING | EVENT | CONTINUOUS)
+#define ANY (READABLE | WRITABLE)
+#define REQUIRE(phases) \
+    Instance *instance = c; \
+    if (!allowed(instance, __func__, phases)) return fmi2Error
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+
+const char *fmi2GetVersion(void) { return fmi2Version; }
+
+static void log_fmi2(Instance *instance, Status status, const char *category, const char *text) {
+    ((fmi2CallbackLogger)instance->callback)(instance->environment, instance->name, (fmi2Status)status, category, "%s", text);
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[]) {
+    REQUIRE(ANY);
+    return (fmi2Status)set_logging(instance, loggingOn, nCategories, categories);
+}
+
+fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID, fmi2String fmuResourceLocation,
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean loggingOn) {
+    (void)fmuResourceLocation, (void)visible;
+    Instance *instance = new_instance(instanceName ? instanceName : "", fmuType == fmi2ModelExchange);
+    if (!instance) return 0;
+    if (functions && functions->logger) {
+        instance->callback = (void (*)(void))functions->logger;
+        instance->environment = functions->componentEnvironment;
+        instance->log = log_fmi2;
+    }
+    if (loggingOn) instance->log_mask = LOG_ALL;
+    if (check_identity(instance, instanceName, fmuGUID, fmuType == fmi2ModelExchange || fmuType == fmi2CoSimulation)) return instance;
+    free_instance(instance);
+    return 0;
+}
+
+void fmi2FreeInstance(fmi2Component c) {
+    if (c) free_instance(c);
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
+                               fmi2Boolean stopTimeDefined, fmi2Real stopTime) {
+    (void)toleranceDefined, (void)tolerance;
+    REQUIRE(INSTANTIATED);
+    return (fmi2Status)set_start(instance, startTime, stopTimeDefined, stopTime);
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+    REQUIRE(INSTANTIATED);
+    return (fmi2Status)enter_initialization(instance);
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+    REQUIRE(INITIALIZING);
+    return (fmi2Status)exit_initialization(instance, instance->model_exchange ? EVENT : STEPPING);
+}
+
+fmi2Status fmi2Terminate(fmi2Component c) {
+    REQUIRE(STEPPING | EVENT | CONTINUOUS);
+    instance->phase = TERMINATED;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component c) {
+    REQUIRE(ANY);
+    reset_instance(instance);
+    return fmi2OK;
+}
+
+/* The variable of a value reference, if it is of one of these kinds; else null, and says so. */
+static const Variable *find(Instance *instance, fmi2ValueReference vr, int kinds, const char *type) {
+    if (vr >= (unsigned)component.scalars) {
+        refuse(instance, ERROR, "%s: there is no variable with the value reference %u", component.name, vr);
+        return 0;
+    }
+    const Variable *v = &component.variable[component.scalar[vr].variable];
+    if (kinds & 1 << v->kind) return v;
+    char label[128];
+    put_label(label, sizeof label, v, component.scalar[vr].element);
+    refuse(instance, ERROR, "%s: %s is not of type %s", component.name, label, type);
+    return 0;
+}
+
+#define GETTER(Name, Type, kinds, Stored) \
+    fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, Type value[]) { \
+        REQUIRE(READABLE); \
+        if (!check_null(instance, vr, nvr, __func__) || !check_null(instance, value, nvr, __func__)) return fmi2Error; \
+        if (refresh(instance)) return fmi2Error; \
+        for (size_t i = 0; i < nvr; i++) { \
+            const Variable *v = find(instance, vr[i], kinds, #Name); \
+            if (!v) return fmi2Error; \
+            value[i] = *(const Stored *)field(instance, v, component.scalar[vr[i]].element); \
+        } \
+        return fmi2OK; \
+    }
+
+/* All values are checked before the first is set: a refused call changes nothing. */
+#define SETTER(Name, Type, kinds, Stored, converted) \
+    fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const Type value[]) { \
+        REQUIRE(WRITABLE); \
+        if (!check_null(instance, vr, nvr, __func__) || !check_null(instance, value, nvr, __func__)) return fmi2Error; \
+        for (size_t i = 0; i < nvr; i++) { \
+            const Variable *v = find(instance, vr[i], kinds, #Name); \
+            if (!v || settable(instance, v, component.scalar[vr[i]].element, (double)value[i])) return fmi2Error; \
+        } \
+        instance->tried = 0; \
+        for (size_t i = 0; i < nvr; i++) { \
+            const Scalar *s = &component.scalar[vr[i]]; \
+            *(Stored *)field(instance, &component.variable[s->variable], s->element) = converted; \
+            instance->stale = 1; \
+        } \
+        return fmi2OK; \
+    }
+
+GETTER(Real, fmi2Real, 1 << REAL, double)
+GETTER(Integer, fmi2Integer, 1 << INTEGER | 1 << ENUMERATION, int)
+GETTER(Boolean, fmi2Boolean, 1 << BOOLEAN, int)
+SETTER(Real, fmi2Real, 1 << REAL, double, value[i])
+SETTER(Integer, fmi2Integer, 1 << INTEGER | 1 << ENUMERATION, int, value[i])
+SETTER(Boolean, fmi2Boolean, 1 << BOOLEAN, int, value[i] != 0)
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[]) {
+    (void)value;
+    REQUIRE(READABLE);
+    return !nvr || (check_null(instance, vr, nvr, __func__) && find(instance, vr[0], 0, "String")) ? fmi2OK : fmi2Error;
+}
+
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[]) {
+    (void)value;
+    REQUIRE(WRITABLE);
+    return !nvr || (check_null(instance, vr, nvr, __func__) && find(instance, vr[0], 0, "String")) ? fmi2OK : fmi2Error;
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate) {
+    REQUIRE(ANY);
+    return (fmi2Status)save_state(instance, FMUstate);
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate) {
+    REQUIRE(ANY);
+    return (fmi2Status)restore_state(instance, FMUstate);
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate) {
+    REQUIRE(ANY);
+    free_state(FMUstate);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, size_t *size) {
+    (void)FMUstate;
+    REQUIRE(ANY);
+    if (!check_null(instance, size, 1, __func__)) return fmi2Error;
+    *size = serialized_size();
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size) {
+    REQUIRE(ANY);
+    return (fmi2Status)serialize_state(instance, FMUstate, serializedState, size);
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedState[], size_t size, fmi2FMUstate *FMUstate) {
+    REQUIRE(ANY);
+    return (fmi2Status)deserialize_state(instance, serializedState, size, FMUstate);
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
+                                        const fmi2ValueReference vKnown_ref[], size_t nKnown, const fmi2Real dvKnown[],
+                                        fmi2Real dvUnknown[]) {
+    (void)vUnknown_ref, (void)nUnknown, (void)vKnown_ref, (void)nKnown, (void)dvKnown, (void)dvUnknown;
+    REQUIRE(READABLE);
+    return (fmi2Status)refuse(instance, ERROR, "%s: directional derivatives are not provided", component.name);
+}
+
+/* Model exchange */
+
+fmi2Status fmi2EnterEventMode(fmi2Component c) {
+    REQUIRE(CONTINUOUS);
+    return (fmi2Status)enter_event_mode(instance);
+}
+
+fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo) {
+    REQUIRE(EVENT);
+    if (!check_null(instance, eventInfo, 1, __func__) || refresh(instance)) return fmi2Error;
+    double due = next_event(instance);
+    *eventInfo = (fmi2EventInfo){fmi2False, fmi2False, fmi2False, fmi2False, due < NO_EVENT ? fmi2True : fmi2False, due};
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
+    REQUIRE(EVENT);
+    return (fmi2Status)enter_continuous_time(instance);
+}
+
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint, fmi2Boolean *enterEventMode,
+                                       fmi2Boolean *terminateSimulation) {
+    (void)noSetFMUStatePriorToCurrentPoint;
+    REQUIRE(CONTINUOUS);
+    if (!check_null(instance, enterEventMode, 1, __func__) || !check_null(instance, terminateSimulation, 1, __func__))
+        return fmi2Error;
+    *enterEventMode = samples_changed(instance);
+    *terminateSimulation = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
+    REQUIRE(EVENT | CONTINUOUS);
+    return (fmi2Status)set_time(instance, time);
+}
+
+fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx) {
+    REQUIRE(CONTINUOUS);
+    return (fmi2Status)set_states(instance, x, nx);
+}
+
+fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx) {
+    REQUIRE(READABLE & ~STEPPING);
+    return (fmi2Status)get_derivatives(instance, derivatives, nx);
+}
+
+fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real eventIndicators[], size_t ni) {
+    (void)eventIndicators;
+    REQUIRE(READABLE & ~STEPPING);
+    return (fmi2Status)no_indicators(instance, ni);
+}
+
+fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {
+    REQUIRE(READABLE & ~STEPPING);
+    return (fmi2Status)get_states(instance, x, nx);
+}
+
+fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal[], size_t nx) {
+    REQUIRE(READABLE & ~STEPPING);
+    return (fmi2Status)get_nominals(instance, x_nominal, nx);
+}
+
+/* Co-simulation */
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
+                                       const fmi2Real value[]) {
+    (void)vr, (void)order, (void)value;
+    REQUIRE(WRITABLE & ~CONTINUOUS);
+    if (!nvr) return fmi2OK;
+    return (fmi2Status)refuse(instance, ERROR, "%s: inputs are held over a step; derivatives of inputs are not taken", component.name);
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
+                                        fmi2Real value[]) {
+    REQUIRE(READABLE);
+    if (!check_null(instance, vr, nvr, __func__) || !check_null(instance, order, nvr, __func__) ||
+        !check_null(instance, value, nvr, __func__) || refresh(instance))
+        return fmi2Error;
+    for (size_t i = 0; i < nvr; i++) {
+        const Variable *v = find(instance, vr[i], 1 << REAL, "Real");
+        if (!v || derivative_of(instance, v, component.scalar[vr[i]].element, order[i], &value[i])) return fmi2Error;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
+                      fmi2Boolean noSetFMUStatePriorToCurrentPoint) {
+    (void)noSetFMUStatePriorToCurrentPoint;
+    REQUIRE(STEPPING);
+    if (check_step(instance, currentCommunicationPoint, communicationStepSize)) return fmi2Error;
+    instance->step_status = advance(instance, currentCommunicationPoint, communicationStepSize, 0);
+    if (!instance->step_status) instance->time = currentCommunicationPoint + communicationStepSize;
+    return (fmi2Status)instance->step_status;
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c) {
+    REQUIRE(STEPPING);
+    return (fmi2Status)refuse(instance, ERROR, "%s: there is no step to cancel: steps are not asynchronous", component.name);
+}
+
+static fmi2Status no_status(Instance *instance, const char *function) {
+    return (fmi2Status)refuse(instance, DISCARD, "%s: %s knows nothing of this kind", component.name, function);
+}
+
+#define STATUS_GETTER(Name, Type, kind, answer) \
+    fmi2Status fmi2Get##Name(fmi2Component c, const fmi2StatusKind s, Type *value) { \
+        REQUIRE(STEPPING | TERMINATED | FAILED); \
+        if (!check_null(instance, value, 1, __func__)) return fmi2Error; \
+        if ((int)s != (kind)) return no_status(instance, __func__); \
+        *value = answer; \
+        return fmi2OK; \
+    }
+
+STATUS_GETTER(Status, fmi2Status, fmi2DoStepStatus, (fmi2Status)instance->step_status)
+STATUS_GETTER(RealStatus, fmi2Real, fmi2LastSuccessfulTime, instance->time)
+STATUS_GETTER(BooleanStatus, fmi2Boolean, fmi2Terminated, fmi2False)
+STATUS_GETTER(IntegerStatus, fmi2Integer, -1, 0)
+STATUS_GETTER(StringStatus, fmi2String, fmi2PendingStatus, "")

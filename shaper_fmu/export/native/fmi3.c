@@ -1,0 +1,214 @@
+/* FMI 3.0 over any component: life, values and states of an instance. */
+
+#include "fmi3.h"
+
+#include <string.h>
+
+const char *fmi3GetVersion(void) { return fmi3Version; }
+
+static void log_fmi3(Instance *self, Status status, const char *category, const char *text) {
+    ((fmi3LogMessageCallback)self->callback)(self->environment, (fmi3Status)status, category, text);
+}
+
+static Instance *instantiate(fmi3String name, fmi3String token, int model_exchange, fmi3Boolean loggingOn,
+                             fmi3InstanceEnvironment environment, fmi3LogMessageCallback logMessage, int known_type) {
+    Instance *self = new_instance(name ? name : "", model_exchange);
+    if (!self) return 0;
+    if (logMessage) {
+        self->callback = (void (*)(void))logMessage;
+        self->environment = environment;
+        self->log = log_fmi3;
+    }
+    if (loggingOn) self->log_mask = LOG_ALL;
+    if (check_identity(self, name, token, known_type)) return self;
+    free_instance(self);
+    return 0;
+}
+
+fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath,
+                                          fmi3Boolean visible, fmi3Boolean loggingOn, fmi3InstanceEnvironment instanceEnvironment,
+                                          fmi3LogMessageCallback logMessage) {
+    (void)resourcePath, (void)visible;
+    return instantiate(instanceName, instantiationToken, 1, loggingOn, instanceEnvironment, logMessage, 1);
+}
+
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath,
+                                         fmi3Boolean visible, fmi3Boolean loggingOn, fmi3Boolean eventModeUsed,
+                                         fmi3Boolean earlyReturnAllowed, const fmi3ValueReference requiredIntermediateVariables[],
+                                         size_t nRequiredIntermediateVariables, fmi3InstanceEnvironment instanceEnvironment,
+                                         fmi3LogMessageCallback logMessage, fmi3IntermediateUpdateCallback intermediateUpdate) {
+    (void)resourcePath, (void)visible;
+    Instance *self = instantiate(instanceName, instantiationToken, 0, loggingOn, instanceEnvironment, logMessage, 1);
+    if (!self) return 0;
+    self->event_mode = eventModeUsed;
+    self->early_return = earlyReturnAllowed;
+    self->second_callback = (void (*)(void))intermediateUpdate;
+    int known = check_null(self, requiredIntermediateVariables, nRequiredIntermediateVariables, __func__);
+    for (size_t i = 0; known && i < nRequiredIntermediateVariables; i++)
+        known = requiredIntermediateVariables[i] == (unsigned)component.visible ||
+                find_variable(self, requiredIntermediateVariables[i], ~0, "any kind");
+    if (known) return self;
+    free_instance(self);
+    return 0;
+}
+
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath,
+                                               fmi3Boolean visible, fmi3Boolean loggingOn,
+                                               fmi3InstanceEnvironment instanceEnvironment, fmi3LogMessageCallback logMessage,
+                                               fmi3ClockUpdateCallback clockUpdate, fmi3LockPreemptionCallback lockPreemption,
+                                               fmi3UnlockPreemptionCallback unlockPreemption) {
+    (void)resourcePath, (void)visible, (void)clockUpdate, (void)lockPreemption, (void)unlockPreemption;
+    return instantiate(instanceName, instantiationToken, 0, loggingOn, instanceEnvironment, logMessage, 0);
+}
+
+void fmi3FreeInstance(fmi3Instance instance) {
+    if (instance) free_instance(instance);
+}
+
+fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories, const fmi3String categories[]) {
+    REQUIRE(BETWEEN_CALLS);
+    return (fmi3Status)set_logging(self, loggingOn, nCategories, categories);
+}
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean toleranceDefined, fmi3Float64 tolerance,
+                                       fmi3Float64 startTime, fmi3Boolean stopTimeDefined, fmi3Float64 stopTime) {
+    (void)toleranceDefined, (void)tolerance;
+    REQUIRE(INSTANTIATED);
+    if (set_start(self, startTime, stopTimeDefined, stopTime)) return fmi3Error;
+    return (fmi3Status)enter_initialization(self);
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance instance) {
+    REQUIRE(INITIALIZING);
+    return (fmi3Status)exit_initialization(self, self->model_exchange || self->event_mode ? EVENT : STEPPING);
+}
+
+fmi3Status fmi3Terminate(fmi3Instance instance) {
+    REQUIRE(STEPPING | EVENT | CONTINUOUS);
+    self->phase = TERMINATED;
+    return fmi3OK;
+}
+
+fmi3Status fmi3Reset(fmi3Instance instance) {
+    REQUIRE(BETWEEN_CALLS);
+    reset_instance(self);
+    return fmi3OK;
+}
+
+/* The variable of a value reference, if it is of one of these kinds; else null, and says so. */
+const Variable *find_variable(Instance *self, fmi3ValueReference vr, int kinds, const char *type) {
+    if (vr >= (unsigned)component.visible) {
+        refuse(self, ERROR, "%s: there is no variable of type %s with the value reference %u", component.name, type, vr);
+        return 0;
+    }
+    const Variable *v = &component.variable[component.visible_variable[vr]];
+    if (kinds & 1 << v->kind) return v;
+    refuse(self, ERROR, "%s: %s is not of type %s", component.name, v->name, type);
+    return 0;
+}
+
+static size_t length(const Variable *v) { return v->size ? (size_t)v->size : 1; }
+
+/* Whether the values fill the variables exactly; if not, says so. */
+static Status count(Instance *self, const fmi3ValueReference vr[], size_t n, int kinds, const char *type, size_t values) {
+    size_t needed = 0;
+    for (size_t i = 0; i < n; i++) {
+        if (kinds == 1 << REAL && vr[i] == (unsigned)component.visible)
+            needed++; /* the time */
+        else {
+            const Variable *v = find_variable(self, vr[i], kinds, type);
+            if (!v) return ERROR;
+            needed += length(v);
+        }
+    }
+    if (needed == values) return OK;
+    return refuse(self, ERROR, "%s: the variables have %d elements of type %s, but there are %d values", component.name, (int)needed,
+                  type, (int)values);
+}
+
+#define GETTER(Name, kinds, Stored) \
+    fmi3Status fmi3Get##Name(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences, \
+                             fmi3##Name values[], size_t nValues) { \
+        REQUIRE(READABLE); \
+        if (!check_null(self, valueReferences, nValueReferences, __func__) || !check_null(self, values, nValues, __func__)) \
+            return fmi3Error; \
+        if (count(self, valueReferences, nValueReferences, kinds, #Name, nValues) || refresh(self)) return fmi3Error; \
+        for (size_t i = 0, k = 0; i < nValueReferences; i++) { \
+            if (valueReferences[i] == (unsigned)component.visible) { \
+                values[k++] = (fmi3##Name)self->time; \
+                continue; \
+            } \
+            const Variable *v = &component.variable[component.visible_variable[valueReferences[i]]]; \
+            const Stored *first = field(self, v, 0); \
+            for (size_t j = 0; j < length(v); j++) values[k++] = (fmi3##Name)first[j]; \
+        } \
+        return fmi3OK; \
+    }
+
+/* All values are checked before the first is set: a refused call changes nothing. */
+#define SETTER(Name, kinds, Stored) \
+    fmi3Status fmi3Set##Name(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences, \
+                             const fmi3##Name values[], size_t nValues) { \
+        REQUIRE(WRITABLE); \
+        if (!check_null(self, valueReferences, nValueReferences, __func__) || !check_null(self, values, nValues, __func__)) \
+            return fmi3Error; \
+        for (size_t i = 0; i < nValueReferences; i++) \
+            if (!find_variable(self, valueReferences[i], kinds, #Name)) return fmi3Error; \
+        if (count(self, valueReferences, nValueReferences, kinds, #Name, nValues)) return fmi3Error; \
+        for (size_t i = 0, k = 0; i < nValueReferences; i++) { \
+            const Variable *v = &component.variable[component.visible_variable[valueReferences[i]]]; \
+            for (size_t j = 0; j < length(v); j++) \
+                if (settable(self, v, (int)j, (double)values[k++])) return fmi3Error; \
+        } \
+        self->tried = 0; \
+        for (size_t i = 0, k = 0; i < nValueReferences; i++) { \
+            const Variable *v = &component.variable[component.visible_variable[valueReferences[i]]]; \
+            Stored *first = field(self, v, 0); \
+            for (size_t j = 0; j < length(v); j++) first[j] = (Stored)values[k++]; \
+            self->stale = 1; \
+        } \
+        return fmi3OK; \
+    }
+
+GETTER(Float64, 1 << REAL, double)
+GETTER(Int32, 1 << INTEGER, int)
+GETTER(Int64, 1 << ENUMERATION, int)
+GETTER(Boolean, 1 << BOOLEAN, int)
+SETTER(Float64, 1 << REAL, double)
+SETTER(Int32, 1 << INTEGER, int)
+SETTER(Int64, 1 << ENUMERATION, int)
+SETTER(Boolean, 1 << BOOLEAN, int)
+
+fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState) {
+    REQUIRE(BETWEEN_CALLS);
+    return (fmi3Status)save_state(self, FMUState);
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState) {
+    REQUIRE(BETWEEN_CALLS);
+    return (fmi3Status)restore_state(self, FMUState);
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *FMUState) {
+    REQUIRE(BETWEEN_CALLS);
+    free_state(FMUState);
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUState, size_t *size) {
+    (void)FMUState;
+    REQUIRE(BETWEEN_CALLS);
+    if (!check_null(self, size, 1, __func__)) return fmi3Error;
+    *size = serialized_size();
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size) {
+    REQUIRE(BETWEEN_CALLS);
+    return (fmi3Status)serialize_state(self, FMUState, serializedState, size);
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte serializedState[], size_t size, fmi3FMUState *FMUState) {
+    REQUIRE(BETWEEN_CALLS);
+    return (fmi3Status)deserialize_state(self, serializedState, size, FMUState);
+}

@@ -1,0 +1,71 @@
+"""LLVM IR of a component's kernels, the same on every machine.
+
+numba compiles for the processor that it runs on, once for a process. What is exported must not depend on that
+processor, so it is compiled in a process of its own, for the plainest one of its kind.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+from shaper_fmu.component import Component
+from shaper_fmu.errors import BuildError, ShaperFmuError
+from shaper_fmu.export.cache import cached, digest
+from shaper_fmu.export.closure import packed_sources, source_file
+from shaper_fmu.registry import load_components
+
+_PLAIN_PROCESSOR = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "NUMBA_DISABLE_JIT": "0", "PYTHONHASHSEED": "0"}
+
+
+def kernel_files(component: type[Component]) -> dict[str, Path]:
+    """Files with the IR that defines kernel_start and kernel_step. Raises BuildError for what does not compile."""
+    compiler = Path(__file__).parent.parent / "compile.py"
+    root, _ = packed_sources(component)
+    key = digest(root, compiler.read_bytes(), version("numba"), version("llvmlite"), sys.version.split(".")[1])
+    texts: dict[str, str] = {}
+
+    def text_of(kernel: str) -> bytes:
+        if not texts:
+            texts.update(_compiled_elsewhere(component))
+        return texts[kernel].encode()
+
+    return {kernel: cached("kernels", f"{key}-{kernel}.ll", lambda kernel=kernel: text_of(kernel)) for kernel in ("start", "step")}
+
+
+def _compiled_elsewhere(component: type[Component]) -> dict[str, str]:
+    command = [sys.executable, "-m", __name__, str(source_file(component)), component.__module__, component.__name__]
+    environment = {**os.environ, **_PLAIN_PROCESSOR, "PYTHONPATH": os.pathsep.join(entry for entry in sys.path if entry)}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    try:
+        answer = json.loads(done.stdout)
+    except ValueError:
+        raise BuildError(
+            f"{component.__name__}: compiling the kernels ended with status {done.returncode}:\n{done.stderr[-3000:]}"
+        ) from None
+    if "error" in answer:
+        raise BuildError(answer["error"])
+    return answer
+
+
+def _main(file: str, module: str, name: str) -> dict[str, str]:
+    from importlib import import_module
+
+    from shaper_fmu.export.compile import KERNELS, freestanding_ir
+
+    try:
+        if module.startswith("component_"):
+            component = next(c for c in load_components(Path(file)) if c.__name__ == name)
+        else:
+            component = getattr(import_module(module), name)
+        return {kernel: freestanding_ir(component, kernel, f"kernel_{kernel}") for kernel in KERNELS}
+    except ShaperFmuError as error:
+        return {"error": str(error)}
+
+
+if __name__ == "__main__":
+    print(json.dumps(_main(*sys.argv[1:])))

@@ -1,0 +1,223 @@
+/* The life of an instance: from its start values through initialization, steps and events. */
+
+#include "component.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A fresh instance, or null if there is not enough memory. */
+Instance *new_instance(const char *name, int model_exchange) {
+    Instance *instance = calloc(1, sizeof *instance);
+    if (!instance) return 0;
+    size_t size = (size_t)component.record_size;
+    instance->name = malloc(strlen(name) + 1);
+    instance->record = calloc(model_exchange ? 3 : 1, size);
+    if (!instance->name || !instance->record) return free_instance(instance), (Instance *)0;
+    strcpy(instance->name, name);
+    instance->scratch = model_exchange ? instance->record + size : 0;
+    instance->held = model_exchange ? instance->record + 2 * size : 0;
+    instance->model_exchange = model_exchange;
+    instance->log_mask = LOG_ALL & ~LOG_EVENTS;
+    reset_instance(instance);
+    return instance;
+}
+
+void free_instance(Instance *instance) {
+    free(instance->name);
+    free(instance->record);
+    free(instance);
+}
+
+void reset_instance(Instance *instance) {
+    memset(instance->record, 0, (size_t)component.record_size);
+    start_values(instance->record, 1);
+    instance->phase = INSTANTIATED;
+    instance->step_status = OK;
+    instance->stale = instance->tried = instance->stop_defined = 0;
+    instance->time = instance->record_time = 0.0;
+    instance->event_time = NO_EVENT;
+}
+
+/* Whether name, token and type are right; if not, says so. */
+int check_identity(Instance *instance, const char *name, const char *token, int known_type) {
+    if (!name || !*name)
+        refuse(instance, ERROR, "%s: an instance needs a name", component.name);
+    else if (!token || strcmp(token, component.token))
+        refuse(instance, ERROR, "%s: the token %s is not that of this library, %s: description and library do not belong together",
+               component.name, token ? token : "(null)", component.token);
+    else if (!known_type || (instance->model_exchange && !component.model_exchange))
+        refuse(instance, ERROR, "%s: this kind of simulation is not supported", component.name);
+    else
+        return 1;
+    return 0;
+}
+
+static const char *phase_name(Phase phase) {
+    switch (phase) {
+        case INSTANTIATED: return "before initialization";
+        case INITIALIZING: return "during initialization";
+        case STEPPING: return "between steps";
+        case EVENT: return "in event mode";
+        case CONTINUOUS: return "in continuous-time mode";
+        case INTERMEDIATE: return "during an intermediate update";
+        case TERMINATED: return "after termination";
+        default: return "after an error";
+    }
+}
+
+/* Whether the function may be called now; if not, says so. */
+int allowed(Instance *instance, const char *function, int phases) {
+    if (!instance) return 0;
+    if (instance->phase & phases) return 1;
+    refuse(instance, ERROR, "%s: %s cannot be called %s", component.name, function, phase_name(instance->phase));
+    return 0;
+}
+
+Status set_start(Instance *instance, double start, int stop_defined, double stop) {
+    if (!isfinite(start)) return refuse(instance, ERROR, "%s: the start time %g is not a finite number", component.name, start);
+    if (stop_defined && !(stop >= start))
+        return refuse(instance, ERROR, "%s: the stop time %.15g s is before the start time %.15g s", component.name, stop, start);
+    instance->time = instance->record_time = start;
+    instance->stop_defined = stop_defined;
+    instance->stop_time = stop;
+    return OK;
+}
+
+Status enter_initialization(Instance *instance) {
+    instance->phase = INITIALIZING;
+    instance->stale = 1;
+    return OK;
+}
+
+static Status run_start(Instance *instance) {
+    int status = 0;
+    void *unused = 0;
+    if (component.start(&status, &unused, instance->record)) status = -1;
+    return status ? kernel_failure(instance, instance->record, status, instance->time) : OK;
+}
+
+static Status run_step(Instance *instance, unsigned char *record, double t, double h, int left_limits) {
+    int status = 0;
+    void *unused = 0;
+    *(int *)(record + component.left_limits) = left_limits;
+    if (component.step(&status, &unused, record, t, h)) status = -1;
+    *(int *)(record + component.left_limits) = 0;
+    return status ? kernel_failure(instance, record, status, t) : check_results(instance, record, t);
+}
+
+/* Parameters and inputs are checked; then states and outputs come from scratch. */
+static Status initialize(Instance *instance) {
+    if (check_domains(instance)) return ERROR;
+    start_values(instance->record, 0);
+    if (run_start(instance) || check_results(instance, instance->record, instance->time)) return ERROR;
+    if (run_step(instance, instance->record, instance->time, 0.0, 0)) return ERROR;
+    instance->stale = 0;
+    return OK;
+}
+
+static void hold(Instance *instance) {
+    if (instance->model_exchange && component.sampled) memcpy(instance->held, instance->record, (size_t)component.record_size);
+}
+
+Status exit_initialization(Instance *instance, Phase next) {
+    if (instance->stale && initialize(instance)) return ERROR;
+    instance->phase = next;
+    hold(instance);
+    return OK;
+}
+
+/* Model exchange between events: values at the trial time, beside the record. */
+static Status try_out(Instance *instance) {
+    if (check_inputs(instance, instance->time)) return ERROR;
+    memcpy(instance->scratch, instance->record, (size_t)component.record_size);
+    if (run_step(instance, instance->scratch, instance->time, 0.0, 1)) return ERROR;
+    instance->stale = 0;
+    instance->tried = 1;
+    return OK;
+}
+
+/* Outputs follow the values set so far: all of them while initializing, inputs without delay at a communication point. */
+Status refresh(Instance *instance) {
+    if (!instance->stale) return OK;
+    if (instance->phase == INITIALIZING) return initialize(instance);
+    if (instance->phase == CONTINUOUS) return try_out(instance);
+    if (!(instance->phase & (STEPPING | EVENT))) return OK;
+    double now = instance->event_time < NO_EVENT && instance->event_time > instance->time ? instance->event_time : instance->time;
+    if (advance(instance, now, 0.0, 0)) return ERROR;
+    instance->event_time = NO_EVENT;
+    hold(instance);
+    return OK;
+}
+
+double next_event(const Instance *instance) {
+    return component.next_event_time < 0 ? NO_EVENT : *(const double *)(instance->record + component.next_event_time);
+}
+
+/* Run the kernel over [t, t + h] with the inputs held. Its failure ends the instance's life, but for a reset. */
+Status advance(Instance *instance, double t, double h, int left_limits) {
+    if (check_inputs(instance, t)) return ERROR;
+    double due = next_event(instance);
+    if (run_step(instance, instance->record, t, h, left_limits)) {
+        instance->phase = FAILED;
+        return ERROR;
+    }
+    instance->stale = 0;
+    if (due <= t + h && due < next_event(instance) && instance->log_mask & LOG_EVENTS)
+        refuse(instance, OK, "%s: event at t = %.15g s", component.name, due);
+    return OK;
+}
+
+/* Whether a step from t over h is possible: it must begin where the last one ended, within a clock's rounding. */
+Status check_step(Instance *instance, double t, double h) {
+    double rounding = 1e-6 * h + 1e-9 * fabs(t);
+    if (!(isfinite(t) && isfinite(h) && h >= 0.0))
+        return refuse(instance, ERROR, "%s: a step of %g s at t = %.15g s is not possible; it must be finite and not negative",
+                      component.name, h, t);
+    if (fabs(t - instance->time) > rounding)
+        return refuse(instance, ERROR, "%s: a step cannot begin at t = %.15g s: the last one ended at %.15g s", component.name, t,
+                      instance->time);
+    if (instance->stop_defined && t + h > instance->stop_time + rounding)
+        return refuse(instance, ERROR, "%s: a step to t = %.15g s ends after the stop time %.15g s", component.name, t + h,
+                      instance->stop_time);
+    return OK;
+}
+
+static void exchange_inputs(unsigned char *one, unsigned char *other) {
+    for (int k = 0; k < component.inputs; k++) {
+        const Variable *v = &component.variable[component.input[k]];
+        int bytes = (v->size ? v->size : 1) * (v->kind == REAL ? 8 : 4);
+        for (int i = v->offset; i < v->offset + bytes; i++) {
+            unsigned char byte = one[i];
+            one[i] = other[i];
+            other[i] = byte;
+        }
+    }
+}
+
+/* Whether an input that acts only when sampled differs from its last sample. */
+int samples_changed(const Instance *instance) {
+    if (!component.sampled || !instance->held) return 0;
+    for (int k = 0; k < component.inputs; k++) {
+        const Variable *v = &component.variable[component.input[k]];
+        int bytes = (v->size ? v->size : 1) * (v->kind == REAL ? 8 : 4);
+        if (memcmp(instance->held + v->offset, instance->record + v->offset, (size_t)bytes)) return 1;
+    }
+    return 0;
+}
+
+/* In model exchange, a component without continuous states is advanced here, with its inputs as they were held. */
+Status enter_event_mode(Instance *instance) {
+    if (instance->phase == CONTINUOUS && !component.states && instance->time > instance->record_time) {
+        if (component.sampled) exchange_inputs(instance->record, instance->held);
+        Status status = advance(instance, instance->record_time, instance->time - instance->record_time, 1);
+        if (component.sampled) exchange_inputs(instance->record, instance->held);
+        if (status) return status;
+    }
+    instance->record_time = instance->time;
+    instance->phase = EVENT;
+    instance->stale = 1;
+    instance->tried = 0;
+    return OK;
+}

@@ -1,0 +1,118 @@
+"""The table of a component's declaration, as C: all that the generic FMI layers know about it (see component.h)."""
+
+from __future__ import annotations
+
+import enum
+import hashlib
+import json
+
+from shaper_fmu.component import Component, Variable
+from shaper_fmu.export.compile import record_dtype
+from shaper_fmu.export.model_description import visible_variables
+
+_CAUSALITIES = {
+    "input": "INPUT",
+    "output": "OUTPUT",
+    "parameter": "PARAMETER",
+    "calculatedParameter": "CALCULATED",
+    "local": "LOCAL",
+    "state": "HIDDEN",
+}
+
+
+def component_table(component: type[Component], token: str) -> str:
+    """C source that defines `const Component component`, for a library that answers to this GUID or token."""
+    variables = list(component.variables.values())
+    index = {variable.name: i for i, variable in enumerate(variables)}
+    visible = [index[v.name] for v in visible_variables(component)]
+    offsets = record_offsets(component)
+    arrays = {
+        "variables": ("Variable", [_variable(v, index, offsets) for v in variables]),
+        "inputs": ("uint16_t", [str(i) for i, v in enumerate(variables) if v.causality == "input"]),
+        "results": ("uint16_t", [str(i) for i, v in enumerate(variables) if _is_real_result(v)]),
+        "visible": ("uint16_t", [str(i) for i in visible]),
+        "scalars": ("Scalar", _scalars(variables, visible)),
+        "states": ("Scalar", _scalars(variables, [index[name] for name in component.continuous_states or ()])),
+        "messages": ("NumberedText", [f"{{{status}, {_text(text)}}}" for status, text in sorted(component.messages.items())]),
+    }
+    event = offsets.get("next_event_time", -1)
+    fields = [
+        _text(component.__name__), _text(token), f"UINT64_C({layout_digest(component)})", str(record_dtype(component).itemsize),
+        str(offsets["left_limits"]), str(event), str(int(component.sampled)), str(int(component.continuous_states is not None)),
+    ]  # fmt: skip
+    fields += [f"{len(rows)}, {name}" for name, (_, rows) in arrays.items()]
+    return "\n".join([
+        '#include "component.h"',
+        "int kernel_start(int *status, void **unused, void *record);",
+        "int kernel_step(int *status, void **unused, void *record, double t, double h);",
+        *_item_tables(variables),
+        *[_array(kind, name, rows) for name, (kind, rows) in arrays.items()],
+        "const Component component = {" + ",\n    ".join([*fields, "kernel_start", "kernel_step"]) + "};",
+        "",
+    ])  # fmt: skip
+
+
+def record_offsets(component: type[Component]) -> dict[str, int]:
+    """Where each variable begins in the record, in bytes."""
+    fields = record_dtype(component).fields or {}
+    return {name: int(field[1]) for name, field in fields.items()}
+
+
+def layout_digest(component: type[Component]) -> int:
+    """A number of 64 bits that stands for the component's name and its record's layout."""
+    layout = [(v.name, v.code, v.size) for v in component.variables.values()]
+    return int.from_bytes(hashlib.sha256(repr((component.__name__, layout)).encode()).digest()[:8], "big")
+
+
+def _is_real_result(variable: Variable) -> bool:
+    return variable.kind is float and variable.causality in ("output", "local", "calculatedParameter")
+
+
+def _scalars(variables: list[Variable], chosen: list[int]) -> list[str]:
+    return [f"{{{i}, {element}}}" for i in chosen for element in range(variables[i].size or 1)]
+
+
+def _array(kind: str, name: str, rows: list[str]) -> str:
+    return f"static const {kind} {name}[] = {{\n    " + ",\n    ".join(rows or ["{0}" if kind != "uint16_t" else "0"]) + "};"
+
+
+def _item_tables(variables: list[Variable]) -> list[str]:
+    """Items of the enumerations, and start values where the elements of an array differ."""
+    tables = []
+    for variable in variables:
+        if issubclass(variable.kind, enum.IntEnum):
+            rows = [f"{{{item.value}, {_text(item.name)}}}" for item in variable.kind]
+            tables.append(_array("NumberedText", f"items_{variable.name}", rows))
+        if len(set(variable.starts)) > 1:
+            tables.append(_array("double", f"starts_{variable.name}", [_double(value) for value in variable.starts]))
+    return tables
+
+
+def _variable(variable: Variable, index: dict[str, int], offsets: dict[str, int]) -> str:
+    is_enum = issubclass(variable.kind, enum.IntEnum)
+    kind = "ENUMERATION" if is_enum else {float: "REAL", int: "INTEGER", bool: "BOOLEAN"}[variable.kind]
+    bounds = [_bound(variable, side, value) for side, value in (("min", variable.min), ("max", variable.max))]
+    fields = [
+        _text(variable.name), _text(variable.unit), kind, _CAUSALITIES[variable.causality], str(int(variable.tunable)),
+        str(variable.size or 0), str(offsets[variable.name]), _double(variable.starts[0]),
+        f"starts_{variable.name}" if len(set(variable.starts)) > 1 else "0", *bounds,
+        _double(variable.min or 0.0), _double(variable.max or 0.0),
+        *([str(len(variable.kind)), f"items_{variable.name}"] if is_enum else ["0", "0"]),
+        str(index[variable.derivative] if variable.derivative else -1),
+    ]  # fmt: skip
+    return "{" + ", ".join(fields) + "}"
+
+
+def _bound(variable: Variable, side: str, value: float | None) -> str:
+    if value is None:
+        return "UNBOUNDED"
+    return "EXCLUSIVE" if variable.exclusive in (True, side) else "INCLUSIVE"
+
+
+def _double(value: float) -> str:
+    return float(value).hex()
+
+
+def _text(value: str) -> str:
+    """A C string literal: JSON's escapes are C's, once nothing but ASCII is left."""
+    return json.dumps(value.encode("ascii", "replace").decode())

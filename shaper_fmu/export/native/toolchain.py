@@ -1,0 +1,76 @@
+"""Compiling C and LLVM IR to libraries for every platform, by ziglang: one machine builds for all of them, offline."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from shaper_fmu.errors import BuildError
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A platform that FMUs are built for.
+
+    Attributes:
+        name: FMI 3.0's platform tuple; it is what `--platform` takes.
+        target: ziglang's name, with the oldest system that the library runs on.
+        suffix: of a library's file name.
+        fmi2_folder: FMI 2.0's name of the folder under binaries/ (2.0.5: other platforms use the tuple).
+    """
+
+    name: str
+    target: str
+    suffix: str
+    fmi2_folder: str
+
+
+PLATFORMS = {
+    platform.name: platform
+    for platform in (
+        Platform("x86_64-linux", "x86_64-linux-gnu.2.17", ".so", "linux64"),
+        Platform("aarch64-linux", "aarch64-linux-gnu.2.17", ".so", "aarch64-linux"),
+        Platform("x86_64-windows", "x86_64-windows-gnu", ".dll", "win64"),
+        Platform("x86_64-darwin", "x86_64-macos.11.0", ".dylib", "darwin64"),
+        Platform("aarch64-darwin", "aarch64-macos.11.0", ".dylib", "aarch64-darwin"),
+    )
+}
+
+# No contraction: a product and a sum are rounded each, as in Python. No sanitizer traps, which zig adds by default.
+_FLAGS = ["-O2", "-g0", "-std=c11", "-fvisibility=hidden", "-ffp-contract=off", "-fno-sanitize=all", "-fno-ident", "-w"]
+_LINK = ["-shared", "-s"]
+
+
+def has_toolchain() -> bool:
+    """Whether ziglang is installed."""
+    return importlib.util.find_spec("ziglang") is not None
+
+
+def toolchain_version() -> str:
+    """The version of ziglang. Raises BuildError, which tells how to install it."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("ziglang")
+    except PackageNotFoundError:
+        raise BuildError("native FMUs are compiled by ziglang, which is not installed: pip install 'shaper-fmu[native]'") from None
+
+
+def build_library(sources: list[Path], target: Path, platform: Platform, includes: list[Path]) -> None:
+    """Compile C and LLVM IR files, and link them to a shared library. Raises BuildError with the compiler's words."""
+    toolchain_version()
+    flags = [*_FLAGS, *[f"-I{folder}" for folder in includes], *_LINK]
+    if platform.suffix == ".dylib":
+        flags.append(f"-Wl,-install_name,@rpath/{target.name}")
+    else:
+        flags.append("-Wl,--gc-sections")
+    if platform.suffix != ".dll":
+        flags.append("-lm")
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", platform.target, "-o", target.name, *map(str, sources), *flags]
+    # where the compiler runs, its output's name is relative: no path of this machine gets into the library
+    done = subprocess.run(command, cwd=target.parent, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise BuildError(f"compiling for {platform.name} failed:\n{done.stderr.strip()[-3000:]}")
