@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from shaper_fmu.analysis.vibration import damping_curve, insensitivity, relative_residual, sensitivity_curve, tolerated_band
-    from shaper_fmu.component import Calculated, Component, Input, Output, Parameter, State
+    from shaper_fmu.component import Calculated, Component, Input, Local, Output, Parameter, State
     from shaper_fmu.errors import ShaperFmuError
-    from shaper_fmu.export.pythonfmu_backend import build_fmu
+    from shaper_fmu.export.build import build_fmu, fmu_path
     from shaper_fmu.master.results import Results
     from shaper_fmu.master.system import System
     from shaper_fmu.profiles.design import Profile, profile
@@ -35,9 +35,9 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "analysis.vibration": ["damping_curve", "insensitivity", "relative_residual", "sensitivity_curve", "tolerated_band"],
-    "component": ["Calculated", "Component", "Input", "Output", "Parameter", "State"],
+    "component": ["Calculated", "Component", "Input", "Local", "Output", "Parameter", "State"],
     "errors": ["ShaperFmuError"],
-    "export.pythonfmu_backend": ["build_fmu"],
+    "export.build": ["build_fmu", "fmu_path"],
     "master.results": ["Results"],
     "master.system": ["System"],
     "profiles.design": ["Profile", "profile"],
@@ -58,6 +58,7 @@ __all__ = [
     "Component",
     "ImpulseSequence",
     "Input",
+    "Local",
     "Output",
     "Parameter",
     "Profile",
@@ -73,6 +74,7 @@ __all__ = [
     "direct_two_mode",
     "distance_to_floor",
     "find_component",
+    "fmu_path",
     "insensitivity",
     "minimax_pulses",
     "polished_pulses",

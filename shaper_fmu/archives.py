@@ -19,14 +19,22 @@ _DATE = (1980, 1, 1, 0, 0, 0)
 
 def write_archive(path: Path, files: dict[str, bytes]) -> Path:
     """Write a deflated zip of `files`, sorted and with fixed dates, replacing `path` only when it is complete."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for name, content in sorted(files.items()):
+            entry = zipfile.ZipInfo(name, _DATE)
+            entry.compress_type, entry.create_system, entry.external_attr = zipfile.ZIP_DEFLATED, 3, 0o644 << 16
+            archive.writestr(entry, content)
+    return write_file(path, stream.getvalue())
+
+
+def write_file(path: Path, content: bytes) -> Path:
+    """Write a file, replacing `path` only when it is complete."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, draft = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
-        with os.fdopen(handle, "wb") as stream, zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-            for name, content in sorted(files.items()):
-                entry = zipfile.ZipInfo(name, _DATE)
-                entry.compress_type, entry.create_system, entry.external_attr = zipfile.ZIP_DEFLATED, 3, 0o644 << 16
-                archive.writestr(entry, content)
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content)
         os.chmod(draft, 0o644)
         os.replace(draft, path)
     except BaseException:

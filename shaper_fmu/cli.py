@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +10,7 @@ import typer
 from rich.table import Table
 
 from shaper_fmu import __version__
+from shaper_fmu.cli_build import build
 from shaper_fmu.cli_design import design
 from shaper_fmu.console import err, out, show
 from shaper_fmu.errors import ModelError, ShaperFmuError
@@ -24,12 +24,6 @@ app = typer.Typer(
     help="Command shaping for flexible machines: build FMUs, run and sweep systems of FMUs, report.",
     epilog="Exit codes: 0 done, 1 the work found problems, 2 wrong usage.",
 )
-
-
-class Backend(StrEnum):
-    """What an FMU is made of."""
-
-    python = "python"
 
 
 @app.callback(invoke_without_command=True)
@@ -64,28 +58,7 @@ def list_components(
         out.print(table)
 
 
-@app.command()
-def build(
-    names: Annotated[
-        list[str] | None,
-        typer.Argument(help="Components, Python files with components, or folders of SSP systems. Default: all components."),
-    ] = None,
-    output: Annotated[Path, typer.Option(help="Folder for the FMUs.")] = Path("fmus"),
-    backend: Annotated[Backend, typer.Option(help="python: the source, run by the host's Python.")] = Backend.python,
-) -> None:
-    """Build FMUs of components, and SSP archives of system folders (from FMUs built before)."""
-    from shaper_fmu.export.pythonfmu_backend import build_fmu
-    from shaper_fmu.registry import components, find_component, load_components
-    from shaper_fmu.ssp.archive import pack_ssp
-
-    for name in names or list(components()):
-        if Path(name).is_dir():
-            out.print(f"built {pack_ssp(name, output)}")
-            continue
-        for component in load_components(Path(name)) if name.endswith(".py") else [find_component(name)]:
-            out.print(f"built {build_fmu(component, output)}")
-
-
+app.command("build")(build)
 app.command("design")(design)
 
 

@@ -38,14 +38,18 @@ Scalar = float | int | bool
 Exclusive = bool | Literal["min", "max"]
 
 
-def time_tolerance(m: Component, t: float, h: float) -> float:
-    """How close to the end of the step [t, t + h] an event counts as reached [s]; negative for values from the left.
+def time_rounding(t: float, h: float) -> float:
+    """How close to the end of the step [t, t + h] an event counts as reached [s].
 
     A master's communication points carry rounding errors; an edge that is meant to fall on one must not be missed by
     one unit in the last place, because a master that holds inputs would then lose a whole step.
     """
-    tolerance = 1e-9 * h + 64.0 * 2.220446049250313e-16 * abs(t)
-    return -tolerance if m.left_limits else tolerance
+    return 1e-9 * h + 64.0 * 2.220446049250313e-16 * abs(t)
+
+
+def time_tolerance(m: Component, t: float, h: float) -> float:
+    """What a kernel adds to t + h to tell which events are reached [s]; negative while values from the left are asked for."""
+    return -time_rounding(t, h) if m.left_limits else time_rounding(t, h)
 
 
 class Variable:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import settings
 
 from shaper_fmu.component import Component
-from shaper_fmu.export.pythonfmu_backend import build_fmu
+from shaper_fmu.export.build import build_fmu
 from shaper_fmu.registry import components, load_components
 
 settings.register_profile("development", deadline=None)
@@ -19,10 +19,19 @@ settings.load_profile("ci" if os.environ.get("CI") else "development")
 
 @pytest.fixture(scope="session")
 def fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the FMUs of all components."""
+    """A folder with the native FMUs of all components, FMI 2.0, for this machine."""
     folder = tmp_path_factory.mktemp("fmus")
     for component in components().values():
-        build_fmu(component, folder)
+        build_fmu(component, folder, platforms=["this"])
+    return folder
+
+
+@pytest.fixture(scope="session")
+def python_fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same by the python backend."""
+    folder = tmp_path_factory.mktemp("python_fmus")
+    for component in components().values():
+        build_fmu(component, folder, backend="python")
     return folder
 
 

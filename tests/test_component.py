@@ -16,7 +16,7 @@ from shaper_fmu.units import parse_unit
 
 def test_variables_keep_the_order_of_the_file():
     names = list(MassSpringDamper.variables)
-    assert names[:4] == ["force", "mass", "stiffness", "damping"]
+    assert names[:5] == ["left_limits", "force", "mass", "stiffness", "damping"]
     assert names[-2:] == ["known_step", "transition"]
 
 
@@ -30,7 +30,7 @@ def test_variables_of_a_base_class_come_first():
     class Derived(Base):
         second = Output("m", "second")
 
-    assert list(Derived.variables) == ["first", "second"]
+    assert list(Derived.variables) == ["left_limits", "first", "second"]
 
 
 def test_types_follow_the_start_values():

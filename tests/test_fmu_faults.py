@@ -18,9 +18,9 @@ from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.system import System
 
 
-def shaper_system(fmus, start=None, command: Any = 1.0) -> System:
+def shaper_system(python_fmus, start=None, command: Any = 1.0) -> System:
     system = System()
-    system.add("shaper", fmus / "InputShaper.fmu", start or {})
+    system.add("shaper", python_fmus / "InputShaper.fmu", start or {})
     system.drive("shaper.command", command)
     return system
 
@@ -39,24 +39,24 @@ def shaper_system(fmus, start=None, command: Any = 1.0) -> System:
         ({"natural_frequency[1]": math.nan}, r"natural_frequency\[1\] is nan"),
     ],
 )
-def test_a_parameter_outside_its_domain_stops_the_initialization(fmus, start, words):
+def test_a_parameter_outside_its_domain_stops_the_initialization(python_fmus, start, words):
     with pytest.raises(SimulationError, match=f"^shaper at initialization: .*InputShaper: .*{words}"):
-        shaper_system(fmus, start).simulate(1.0, 0.1)
+        shaper_system(python_fmus, start).simulate(1.0, 0.1)
 
 
-def test_an_unknown_shaper_name_suggests_the_nearest(fmus):
+def test_an_unknown_shaper_name_suggests_the_nearest(python_fmus):
     with pytest.raises(ModelError, match=r"'zvdx' is no shaper. Did you mean 'zvd"):
-        shaper_system(fmus, {"shaper": "zvdx"})
+        shaper_system(python_fmus, {"shaper": "zvdx"})
 
 
-def test_a_command_that_is_nan_names_the_instance_the_time_and_the_input(fmus):
-    system = shaper_system(fmus, command=lambda t: math.nan if t > 0.45 else 1.0)
+def test_a_command_that_is_nan_names_the_instance_the_time_and_the_input(python_fmus):
+    system = shaper_system(python_fmus, command=lambda t: math.nan if t > 0.45 else 1.0)
     with pytest.raises(SimulationError, match=r"shaper at t = 0.5 s: the value for input command is nan"):
         system.simulate(1.0, 0.1)
 
 
-def test_the_fmu_itself_refuses_nan(fmus):
-    instance = Instance("shaper", load_fmu(fmus / "InputShaper.fmu"))
+def test_the_fmu_itself_refuses_nan(python_fmus):
+    instance = Instance("shaper", load_fmu(python_fmus / "InputShaper.fmu"))
     for call in ("setupExperiment", "enterInitializationMode", "exitInitializationMode"):
         instance.call(call)
     instance.set_values({"command": math.nan})
@@ -64,8 +64,8 @@ def test_the_fmu_itself_refuses_nan(fmus):
         instance.step(0.0, 0.1)
 
 
-def test_a_full_history_is_an_error_not_a_wrong_number(fmus):
-    system = shaper_system(fmus, {"natural_frequency[1]": 0.1}, command=lambda t: t)
+def test_a_full_history_is_an_error_not_a_wrong_number(python_fmus):
+    system = shaper_system(python_fmus, {"natural_frequency[1]": 0.1}, command=lambda t: t)
     with pytest.raises(SimulationError, match=r"changed more than 4095 times within the shaper duration 31.4159265 s"):
         system.simulate(30.0, 0.005)
 
@@ -78,14 +78,14 @@ def test_a_file_that_is_no_fmu_is_refused(name, tmp_path):
         System().add("x", tmp_path / name)
 
 
-def test_setting_what_cannot_be_set_is_refused(fmus):
-    instance = Instance("shaper", load_fmu(fmus / "InputShaper.fmu"))
+def test_setting_what_cannot_be_set_is_refused(python_fmus):
+    instance = Instance("shaper", load_fmu(python_fmus / "InputShaper.fmu"))
     with pytest.raises(SimulationError, match="shaped is an output and cannot be set"):
         instance.set_values({"shaped": 1.0})
 
 
-def test_a_fixed_parameter_cannot_be_set_while_running(fmus):
-    instance = Instance("plant", load_fmu(fmus / "MassSpringDamper.fmu"))
+def test_a_fixed_parameter_cannot_be_set_while_running(python_fmus):
+    instance = Instance("plant", load_fmu(python_fmus / "MassSpringDamper.fmu"))
     for call in ("setupExperiment", "enterInitializationMode", "exitInitializationMode"):
         instance.call(call)
     with pytest.raises(SimulationError, match="mass is fixed"):
@@ -102,8 +102,8 @@ def test_a_fixed_parameter_cannot_be_set_while_running(fmus):
         (lambda slave, vr: slave.doStep(0.0, 0.1), "a step is possible only between initialization and termination"),
     ],
 )
-def test_wrong_calls_are_refused_in_words(fmus, call, words):
-    fmu = load_fmu(fmus / "InputShaper.fmu")
+def test_wrong_calls_are_refused_in_words(python_fmus, call, words):
+    fmu = load_fmu(python_fmus / "InputShaper.fmu")
     instance = Instance("shaper", fmu)
     with pytest.raises(FMICallException):
         call(instance.slave, {v.name: v.valueReference for v in fmu.variables.values()})
@@ -163,8 +163,8 @@ print([f.__name__ for f in registered if "finalize" in getattr(f, "__name__", ""
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the wrapper's fault is Linux's alone")
-def test_the_wrappers_interpreter_is_released_once_before_the_process_ends(fmus):
+def test_the_wrappers_interpreter_is_released_once_before_the_process_ends(python_fmus):
     """pythonfmu releases it again in its exit handlers: a use after free unless it is already gone (seen with valgrind)."""
-    path = str(fmus / "MotionProfile.fmu")
+    path = str(python_fmus / "MotionProfile.fmu")
     done = subprocess.run([sys.executable, "-c", EXIT, path], capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stdout) == (0, "['finalizePythonInterpreter']\n"), done.stderr

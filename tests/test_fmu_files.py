@@ -21,16 +21,16 @@ every_component = pytest.mark.parametrize("name", components())
 
 
 @every_component
-def test_validators_have_no_findings(name, fmus):
-    assert validate_fmu(str(fmus / f"{name}.fmu")) == []
+def test_validators_have_no_findings(name, python_fmus):
+    assert validate_fmu(str(python_fmus / f"{name}.fmu")) == []
     schema = etree.XMLSchema(file=str(Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"))
-    with zipfile.ZipFile(fmus / f"{name}.fmu") as archive:
+    with zipfile.ZipFile(python_fmus / f"{name}.fmu") as archive:
         schema.assertValid(etree.fromstring(archive.read("modelDescription.xml")))
 
 
 @every_component
-def test_the_description_says_everything_that_is_declared(name, fmus):
-    fmu = load_fmu(fmus / f"{name}.fmu")
+def test_the_description_says_everything_that_is_declared(name, python_fmus):
+    fmu = load_fmu(python_fmus / f"{name}.fmu")
     declared = [v for v in components()[name].variables.values() if v.causality != "state"]
     assert list(fmu.variables) == [label for v in declared for label in v.scalar_names]
     for variable in declared:
@@ -50,16 +50,16 @@ def test_the_description_says_everything_that_is_declared(name, fmus):
 
 
 @every_component
-def test_units_are_defined_by_base_units(name, fmus):
-    fmu = load_fmu(fmus / f"{name}.fmu")
+def test_units_are_defined_by_base_units(name, python_fmus):
+    fmu = load_fmu(python_fmus / f"{name}.fmu")
     used = {v.unit for v in fmu.variables.values() if v.unit}
     assert used == {unit.name for unit in fmu.description.unitDefinitions}
     assert all(unit.baseUnit is not None for unit in fmu.description.unitDefinitions)
 
 
 @every_component
-def test_model_structure_lists_outputs_and_initial_unknowns(name, fmus):
-    description = load_fmu(fmus / f"{name}.fmu").description
+def test_model_structure_lists_outputs_and_initial_unknowns(name, python_fmus):
+    description = load_fmu(python_fmus / f"{name}.fmu").description
     outputs = [v.name for v in description.modelVariables if v.causality == "output"]
     calculated = [v.name for v in description.modelVariables if v.causality in ("output", "calculatedParameter")]
     assert [u.variable.name for u in description.outputs if u.variable] == outputs
@@ -85,14 +85,14 @@ def test_declared_dependencies_are_true(name):
 
 
 @every_component
-def test_builds_are_the_same_to_the_byte(name, fmus, tmp_path):
+def test_builds_are_the_same_to_the_byte(name, python_fmus, tmp_path):
     again = build_fmu(components()[name], tmp_path)
-    assert again.read_bytes() == (fmus / f"{name}.fmu").read_bytes()
+    assert again.read_bytes() == (python_fmus / f"{name}.fmu").read_bytes()
 
 
 @every_component
-def test_python_files_are_packed_under_hashed_names(name, fmus):
-    with zipfile.ZipFile(fmus / f"{name}.fmu") as archive:
+def test_python_files_are_packed_under_hashed_names(name, python_fmus):
+    with zipfile.ZipFile(python_fmus / f"{name}.fmu") as archive:
         names = [n.split("/")[1] for n in archive.namelist() if n.startswith("resources/")]
         entry = archive.read("resources/slavemodule.txt").decode()
     roots = {n for n in names if "." not in n}
@@ -104,8 +104,8 @@ def test_python_files_are_packed_under_hashed_names(name, fmus):
 
 
 @every_component
-def test_the_documentation_page_names_every_variable(name, fmus):
-    with zipfile.ZipFile(fmus / f"{name}.fmu") as archive:
+def test_the_documentation_page_names_every_variable(name, python_fmus):
+    with zipfile.ZipFile(python_fmus / f"{name}.fmu") as archive:
         page = etree.HTML(archive.read("documentation/index.html").decode())
         assert {"documentation/licenses/shaper-fmu.txt", "documentation/licenses/pythonfmu.txt"} <= set(archive.namelist())
     shown = [str(element.text) for element in page.iter("code")]

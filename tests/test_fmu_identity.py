@@ -123,22 +123,22 @@ def alone_run(path) -> list[list[str]]:
 
 
 @pytest.mark.parametrize("name", PARAMETERS)
-def test_one_kernel_three_ways_gives_equal_bits(name, fmus):
+def test_one_kernel_three_ways_gives_equal_bits(name, python_fmus):
     plain = plain_run(components()[name])
     assert len({tuple(row) for row in plain}) > 10  # something happens
-    assert fmu_run(fmus / f"{name}.fmu") == plain
-    assert alone_run(fmus / f"{name}.fmu") == plain
+    assert fmu_run(python_fmus / f"{name}.fmu") == plain
+    assert alone_run(python_fmus / f"{name}.fmu") == plain
 
 
 def test_every_component_is_run_three_ways():
     assert set(PARAMETERS) == set(components())
 
 
-def test_two_fmus_and_two_versions_of_one_run_their_own_code(fmus, tmp_path):
+def test_two_fmus_and_two_versions_of_one_run_their_own_code(python_fmus, tmp_path):
     first = build_fmu(gain_component(tmp_path / "first", 2.0), tmp_path / "first")
     second = build_fmu(gain_component(tmp_path / "second", 3.0), tmp_path / "second")
     system = System()
-    for name, path in {"one": first, "other": second, "again": first, "shaper": fmus / "InputShaper.fmu"}.items():
+    for name, path in {"one": first, "other": second, "again": first, "shaper": python_fmus / "InputShaper.fmu"}.items():
         system.add(name, path, **({"shaper": "none"} if name == "shaper" else {}))
         system.drive(f"{name}.command" if name == "shaper" else f"{name}.value", 5.0)
     results = system.simulate(0.2, 0.1)
@@ -164,8 +164,8 @@ def replay(instance: Instance, begin: int) -> list[str]:
     return rows
 
 
-def test_a_saved_state_replays_to_the_bit_with_impulses_pending(fmus):
-    fmu = load_fmu(fmus / "InputShaper.fmu")
+def test_a_saved_state_replays_to_the_bit_with_impulses_pending(python_fmus):
+    fmu = load_fmu(python_fmus / "InputShaper.fmu")
     instance = start_shaper(fmu)
     for i in range(9):  # 0.45 s: two of the three impulses (0, 0.63, 1.26 s) are still to come
         instance.set_values({"command": 1.0})
@@ -185,8 +185,8 @@ def test_a_saved_state_replays_to_the_bit_with_impulses_pending(fmus):
         owner.close()
 
 
-def test_reset_gives_a_fresh_instance(fmus):
-    fmu = load_fmu(fmus / "InputShaper.fmu")
+def test_reset_gives_a_fresh_instance(python_fmus):
+    fmu = load_fmu(python_fmus / "InputShaper.fmu")
     instance = start_shaper(fmu)
     expected = replay(instance, 0)
     instance.call("reset")

@@ -8,6 +8,7 @@ a single Python symbol, which a C compiler turns into a library for any platform
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable
 from types import FunctionType
 from typing import Any
@@ -16,17 +17,20 @@ import llvmlite.binding as llvm
 import numba
 import numpy as np
 from numba import cfunc, types
-from numba.core.errors import NumbaError
+from numba.core import config
 from numba.extending import overload, register_jitable
 
 from shaper_fmu.component import Component
-from shaper_fmu.errors import BuildError
+from shaper_fmu.export.compile_errors import explained, explained_symbols
+from shaper_fmu.export.kernel_reader import used_names
+from shaper_fmu.export.kernel_source import check_kernels
 
 KERNELS: dict[str, int] = {"start": 0, "step": 2}
 """Names of the kernels and the number of doubles that each takes beside the record."""
 
 _OPTIONS: dict[str, Any] = {"error_model": "numpy"}
 _registered: set[FunctionType] = set()
+_config: Any = config
 
 
 def record_dtype(component: type[Component]) -> np.dtype:
@@ -48,9 +52,7 @@ def register(function: FunctionType) -> FunctionType:
     """Make a plain function, and all plain functions that it uses, callable from compiled code."""
     if function not in _registered:
         _registered.add(function)
-        used = [function.__globals__.get(name) for name in function.__code__.co_names]
-        used += [cell.cell_contents for cell in function.__closure__ or ()]
-        for value in used:
+        for value in used_names(function).values():
             if isinstance(value, FunctionType):
                 register(value)
         register_jitable(**_OPTIONS)(function)
@@ -70,9 +72,9 @@ def _compiled_status(value):
     return lambda value: value
 
 
-def _entry(component: type[Component], kernel: str) -> Callable[..., int]:
+def _entry(function: FunctionType, kernel: str) -> Callable[..., int]:
     """The kernel as a function of the record and its doubles that returns a status number."""
-    function = register(getattr(component, kernel))
+    register(function)
     if KERNELS[kernel] == 0:
         return lambda record: _status(function(record))
     return lambda record, t, h: _status(function(record, t, h))
@@ -80,15 +82,31 @@ def _entry(component: type[Component], kernel: str) -> Callable[..., int]:
 
 def jit(component: type[Component], kernel: str) -> Callable[..., int]:
     """The kernel compiled for this process: call it with `record[0]` of a record array and the kernel's doubles."""
-    return numba.njit(**_OPTIONS)(_entry(component, kernel))
+    return numba.njit(**_OPTIONS)(_entry(getattr(component, kernel), kernel))
 
 
 def freestanding_ir(component: type[Component], kernel: str, symbol: str) -> str:
     """LLVM IR that defines `int symbol(int *status, void **unused, record *, double ...)` and refers to libm alone.
 
-    Raises BuildError, with the compiler's words, when the kernel uses what does not compile.
+    Equal sources give equal text, whatever was compiled before. Raises BuildError that names file, line and what is wrong
+    when the kernels use what does not compile.
     """
-    entry = numba.njit(**_OPTIONS)(_entry(component, kernel))
+    check_kernels(component)
+    function = getattr(component, kernel)
+    try:
+        text = _llvm_text(component, kernel, function)
+    except Exception as error:  # the compiler raises KeyError, TypeError and others beside its own errors
+        raise explained(component, kernel, error) from error
+    module, inner = _without_wrappers(text)
+    left = [f.name for f in module.functions if f.is_declaration and re.match(r"_?Py|NRT|numba", f.name)]
+    if left:
+        raise explained_symbols(component, kernel, left, _text_with_lines(component, kernel, function))
+    return _normalised(module, inner, symbol)
+
+
+def _llvm_text(component: type[Component], kernel: str, function: FunctionType) -> str:
+    """numba's LLVM IR of a kernel, with all that it calls."""
+    entry = numba.njit(**_OPTIONS)(_entry(function, kernel))
     record = types.CPointer(numba.from_dtype(record_dtype(component)))
     signature = types.int32(record, *[types.float64] * KERNELS[kernel])
 
@@ -100,16 +118,37 @@ def freestanding_ir(component: type[Component], kernel: str, symbol: str) -> str
     def kernel_entry_with_time(pointer, t, h):
         return entry(carray(pointer, 1)[0], t, h)
 
-    try:
-        compiled = cfunc(signature, **_OPTIONS)(kernel_entry_with_time if KERNELS[kernel] else kernel_entry)
-    except NumbaError as error:
-        raise BuildError(f"{component.__name__}.{kernel} does not compile: {error}") from error
+    compiled = cfunc(signature, **_OPTIONS)(kernel_entry_with_time if KERNELS[kernel] else kernel_entry)
     library: Any = compiled._library  # pyright: ignore[reportAttributeAccessIssue]
-    return _without_python(library.get_llvm_str(), symbol)
+    return library.get_llvm_str()
 
 
-def _without_python(text: str, symbol: str) -> str:
-    """Keep what the kernel needs of numba's module: the inner function, not the wrapper that reports to Python."""
+def _text_with_lines(component: type[Component], kernel: str, function: FunctionType) -> str:
+    """The same with debug information. Functions are compiled once, so fresh copies of them are needed."""
+    before = _config.DEBUGINFO_DEFAULT
+    _config.DEBUGINFO_DEFAULT = 1
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of what debug information costs
+            return _llvm_text(component, kernel, _copied(function, {}))
+    finally:
+        _config.DEBUGINFO_DEFAULT = before
+
+
+def _copied(function: FunctionType, copies: dict[FunctionType, FunctionType]) -> FunctionType:
+    """A copy of a function that calls copies of the plain functions among its globals."""
+    if function not in copies:
+        names = dict(function.__globals__)
+        copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__)
+        copies[function] = copy
+        for name, value in used_names(function).items():
+            if isinstance(value, FunctionType) and names.get(name) is value:
+                names[name] = _copied(value, copies)
+    return copies[function]
+
+
+def _without_wrappers(text: str) -> tuple[Any, str]:
+    """numba's module reduced to what the kernel needs: the inner function, not the wrapper that reports to Python."""
     defined = re.findall(r"^define[^\n]*@\"?([^\s\"(]+)\"?\(", text, re.MULTILINE)
     inner = next(n for n in defined if "kernel_entry" in n and not n.startswith("cfunc"))
     llvm.initialize_native_target()
@@ -121,9 +160,21 @@ def _without_python(text: str, symbol: str) -> str:
     machine = llvm.Target.from_default_triple().create_target_machine()
     passes = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=3))
     passes.getModulePassManager().run(module, passes)
-    text = str(module).replace(inner, symbol)
-    for line in re.findall(r"^declare[^\n]*@\"?([^\s\"(]+)\"?\(", text, re.MULTILINE):
-        if re.match(r"Py|NRT|numba", line):
-            raise BuildError(f"the compiled kernel still refers to {line}: it uses memory or exceptions of Python's")
+    return module, inner
+
+
+def _normalised(module: Any, inner: str, symbol: str) -> str:
+    """The module's text without what differs from run to run (numba numbers what it compiles) and from machine to machine."""
+    for i, variable in enumerate(v for v in module.global_variables if not v.is_declaration):
+        variable.name = f"constant_{i}"
+    defined = [function for function in module.functions if not function.is_declaration]
+    for i, function in enumerate(defined):
+        function.name = symbol if function.name == inner else f"{symbol}_{i}"
+        for block in function.blocks:
+            block.name = ""
+            for instruction in block.instructions:
+                if str(instruction.type) != "void":
+                    instruction.name = ""
+    text = re.sub(r'!"_Z[^"]*"', '!"scope"', str(module))
     text = re.sub(r"^target (triple|datalayout) = .*\n", "", text, flags=re.MULTILINE)
     return re.sub(r'"target-(cpu|features)"="[^"]*"', "", text)

@@ -1,34 +1,60 @@
-"""The documentation page of an FMU, from the component's docstring and declarations."""
+"""The documentation page of an FMU, from the component's docstring and declarations, with a picture of what it does."""
 
 from __future__ import annotations
 
 import enum
 import inspect
+import re
 
 import jinja2
+from markupsafe import Markup, escape
 
 from shaper_fmu.component import Component, Variable
 from shaper_fmu.export.model_description import visible_variables
+from shaper_fmu.export.picture import behaviour_picture
 
 _PAGE = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string("""\
 <!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{{ name }}</title>
 <style>
 body { font-family: sans-serif; line-height: 1.5; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 table { border-collapse: collapse; margin: 0.5rem 0 1.5rem; width: 100%; }
 th, td { border-bottom: 1px solid #ccc; padding: 0.25rem 0.6rem; text-align: left; vertical-align: top; }
 th { background: #f3f3f3; }
-code { font-size: 0.95em; }
+li { margin: 0.25rem 0; }
+code, .name { font-family: monospace; font-size: 0.95em; }
+.equation { font-family: serif; font-style: italic; font-size: 1.08em; }
+figure { margin: 1.5rem 0; }
+figure svg { width: 100%; max-width: 50rem; height: auto; }
+figcaption { font-size: 0.9em; color: #555; }
 </style>
 </head>
 <body>
 <h1>{{ name }}</h1>
-{% for paragraph in paragraphs %}
-<p>{{ paragraph }}</p>
+{% for kind, lines in blocks %}
+{% if kind == "list" %}
+<ul>
+{% for line in lines %}
+<li>{{ line }}</li>
 {% endfor %}
+</ul>
+{% elif kind == "display" %}
+<pre class="equation">{{ lines | join("\n") }}</pre>
+{% else %}
+<p>{{ lines | join(" ") }}</p>
+{% endif %}
+{% endfor %}
+{% if picture %}
+<h2>Behaviour</h2>
+<figure>
+{{ picture.svg | safe }}
+<figcaption>{{ picture.caption }}</figcaption>
+</figure>
+{% endif %}
 {% for title, rows in sections %}
 <h2>{{ title }}</h2>
 <table>
@@ -43,7 +69,13 @@ code { font-size: 0.95em; }
 </html>
 """)
 
-_TITLES = {"input": "Inputs", "output": "Outputs", "parameter": "Parameters", "calculatedParameter": "Calculated parameters"}
+_TITLES = {
+    "input": "Inputs",
+    "output": "Outputs",
+    "local": "Local variables",
+    "parameter": "Parameters",
+    "calculatedParameter": "Calculated parameters",
+}
 
 
 def domain_text(variable: Variable) -> str:
@@ -82,7 +114,8 @@ def documentation_page(component: type[Component]) -> str:
     for causality, title in _TITLES.items():
         rows = [
             {
-                "name": v.name, "type": type_text(v), "unit": v.unit, "description": v.description, "domain": domain_text(v),
+                "name": v.name, "type": type_text(v), "unit": v.unit, "domain": domain_text(v),
+                "description": _with_names(escape(v.description)),
                 "start": start_text(v) if causality in ("input", "parameter") else "",
             }
             for v in visible_variables(component)
@@ -90,5 +123,95 @@ def documentation_page(component: type[Component]) -> str:
         ]  # fmt: skip
         if rows:
             sections.append((title, rows))
-    paragraphs = [" ".join(text.split()) for text in (inspect.getdoc(component) or "").split("\n\n")]
-    return _PAGE.render(name=component.__name__, paragraphs=paragraphs, sections=sections)
+    blocks = [
+        (kind, lines if kind == "display" else [marked_up(line) for line in lines])
+        for kind, lines in docstring_blocks(inspect.getdoc(component) or "")
+    ]
+    picture = behaviour_picture(component)
+    return _PAGE.render(name=component.__name__, blocks=blocks, sections=sections, picture=picture)
+
+
+def docstring_blocks(text: str) -> list[tuple[str, list[str]]]:
+    """A docstring as paragraphs ("text", one line), lists ("list", a line for each item) and indented lines ("display").
+
+    An item begins with "- " and goes on in lines that are indented. A list need not be set off by empty lines.
+    """
+    blocks: list[tuple[str, list[str]]] = []
+    previous = ""
+    for line in text.splitlines():
+        stripped = line.strip()
+        kind, lines = blocks[-1] if blocks and previous else ("", [])
+        if not stripped:
+            pass
+        elif line.startswith("- "):
+            if kind == "list":
+                lines.append(stripped[2:])
+            else:
+                blocks.append(("list", [stripped[2:]]))
+        elif kind == "list" and line.startswith(" "):
+            lines[-1] += f" {stripped}"
+        elif line.startswith("    "):
+            if kind == "display":
+                lines.append(line[4:])
+            else:
+                blocks.append(("display", [line[4:]]))
+        elif kind == "text":
+            lines[0] += f" {stripped}"
+        else:
+            blocks.append(("text", [stripped]))
+        previous = stripped
+    return blocks
+
+
+_SIGN = re.compile(r"^(=|<|>|<=|>=|\+|-|/|\*)$")
+_QUANTITY = re.compile(r"^[|(\-]*([A-Za-z]'*|\w*\d\w*|\w+_\w+|[a-z]+'+|.*[()^/|].*|[\d.]+|[a-z]{2}\d?)$")
+_NAMES = {"sin", "cos", "sqrt", "theta", "zeta", "omega", "pi", "frac", "exp"}
+_WORDS = {"a", "an", "as", "at", "be", "by", "do", "if", "in", "is", "it", "no", "of", "on", "or", "so", "to", "up", "us", "we"}
+
+
+def marked_up(line: str) -> Markup:
+    """A line with its equations set apart, and what stands between backticks as a name.
+
+    An equation is what surrounds an "=": signs and short or composed names on both sides. Words end it, and so does
+    punctuation.
+    """
+    words = line.split(" ")
+    inside: set[int] = set()
+    for i, word in enumerate(words):
+        if word == "=" and 0 < i < len(words) - 1:
+            inside |= _equation_around(words, i)
+    shown: list[Markup] = []
+    for i, word in enumerate(words):
+        core, rest = _without_punctuation(word)
+        opening = Markup('<span class="equation">') if i in inside and i - 1 not in inside else Markup("")
+        ends = i in inside and (i + 1 not in inside)
+        shown.append(opening + escape(core) + (Markup("</span>") if ends else Markup("")) + escape(rest))
+    return _with_names(Markup(" ").join(shown))
+
+
+def _with_names(line: Markup) -> Markup:
+    """What stands between backticks, set as a name."""
+    return Markup(re.sub(r"`([^`<]+)`", r'<span class="name">\1</span>', str(line)))
+
+
+def _equation_around(words: list[str], sign: int) -> set[int]:
+    first = last = sign
+    while first > 0 and _is_mathematical(words, first - 1) and not _without_punctuation(words[first - 1])[1]:
+        first -= 1
+    while last + 1 < len(words) and not _without_punctuation(words[last])[1] and _is_mathematical(words, last + 1):
+        last += 1
+    return set(range(first, last + 1)) if first < sign < last else set()
+
+
+def _is_mathematical(words: list[str], i: int) -> bool:
+    """Whether the word belongs to an equation; short English words do so next to a sign."""
+    word = _without_punctuation(words[i])[0]
+    if word in _WORDS:
+        return any(_SIGN.match(neighbour) for neighbour in words[max(0, i - 1) : i + 2])
+    return bool(_SIGN.match(word) or _QUANTITY.match(word)) or word in _NAMES
+
+
+def _without_punctuation(word: str) -> tuple[str, str]:
+    """A word, and the punctuation at its end."""
+    core = word.rstrip(".,;:")
+    return core, word[len(core) :]

@@ -9,7 +9,7 @@ from typing import Any, Literal, cast
 import numpy as np
 from fmpy.model_description import ModelVariable
 
-from shaper_fmu.component import time_tolerance
+from shaper_fmu.component import time_rounding
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.fmu import typed_value
 
@@ -32,7 +32,7 @@ def make_signal(source: Any, interpolation: Interpolation, target: str) -> Signa
     times, values = _columns(source, target)
     # a row that is meant to fall on a communication point counts as reached in spite of rounding
     if interpolation == "hold":
-        return lambda t: float(values[max(0, np.searchsorted(times, t + time_tolerance(t, 0.0), side="right") - 1)])
+        return lambda t: float(values[max(0, np.searchsorted(times, t + time_rounding(t, 0.0), side="right") - 1)])
     return lambda t: _linear(times, values, t)
 
 
@@ -71,7 +71,7 @@ def _columns(source: Any, target: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _linear(times: np.ndarray, values: np.ndarray, t: float) -> float:
-    after = int(np.searchsorted(times, t + time_tolerance(t, 0.0), side="right"))
+    after = int(np.searchsorted(times, t + time_rounding(t, 0.0), side="right"))
     if after == 0 or after == len(times):
         return float(values[max(0, after - 1)])
     part = min(1.0, max(0.0, (t - times[after - 1]) / (times[after] - times[after - 1])))

@@ -12,14 +12,13 @@ import fmpy
 
 from shaper_fmu.archives import write_archive
 from shaper_fmu.component import Component
-from shaper_fmu.errors import BuildError, nearest
 from shaper_fmu.export.cache import cached, digest
 from shaper_fmu.export.documentation import documentation_page
 from shaper_fmu.export.fmi2_description import fmi2_native_description
 from shaper_fmu.export.fmi3_description import fmi3_native_description
 from shaper_fmu.export.native.kernels import kernel_files
 from shaper_fmu.export.native.table import component_table
-from shaper_fmu.export.native.toolchain import PLATFORMS, Platform, build_library, toolchain_version
+from shaper_fmu.export.native.toolchain import PLATFORMS, Platform, build_library, platform_named, toolchain_version
 from shaper_fmu.export.packing import check_component, content_guid, licences
 
 _LAYER = ("component.h", "exchange.c", "life.c", "messages.c", "states.c", "values.c")
@@ -40,7 +39,7 @@ def build_native_fmu(
     is written or changed.
     """
     name = component.__name__
-    chosen = [_platform(platform) for platform in platforms or PLATFORMS]
+    chosen = [platform_named(platform) for platform in platforms or PLATFORMS]
     check_component(component)
     progress(f"{name}: kernels")
     kernels = kernel_files(component)
@@ -77,12 +76,6 @@ def library(component: type[Component], token: str, fmi: int, platform: Platform
             return target.read_bytes()
 
     return cached("libraries", f"{component.__name__}-{key}{platform.suffix}", make)
-
-
-def _platform(name: str) -> Platform:
-    if name not in PLATFORMS:
-        raise BuildError(f"there is no platform {name!r}.{nearest(name, PLATFORMS)} Known are {', '.join(PLATFORMS)}")
-    return PLATFORMS[name]
 
 
 def _layer_sources(fmi: int) -> list[Path]:

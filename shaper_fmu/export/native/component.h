@@ -83,6 +83,8 @@ typedef enum {
     FAILED = 128
 } Phase;
 
+enum { EXCHANGE_ONLY = 256, STEPS_ONLY = 512 }; /* in a mask of phases: a function of model exchange, of co-simulation */
+
 typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status; /* numbered alike in FMI 2 and 3 */
 
 enum { LOG_EVENTS = 1, LOG_WARNING = 2, LOG_DISCARD = 4, LOG_ERROR = 8, LOG_FATAL = 16, LOG_ALL = 31 };
@@ -122,6 +124,7 @@ Status refresh(Instance *);
 Status advance(Instance *, double t, double h, int left_limits);
 Status check_step(Instance *, double t, double h);
 Status enter_event_mode(Instance *);
+void terminate(Instance *);
 double next_event(const Instance *);
 int samples_changed(const Instance *);
 

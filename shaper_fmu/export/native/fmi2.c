@@ -64,7 +64,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
 
 fmi2Status fmi2Terminate(fmi2Component c) {
     REQUIRE(STEPPING | EVENT | CONTINUOUS);
-    instance->phase = TERMINATED;
+    terminate(instance);
     return fmi2OK;
 }
 
@@ -183,12 +183,12 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
 /* Model exchange */
 
 fmi2Status fmi2EnterEventMode(fmi2Component c) {
-    REQUIRE(CONTINUOUS);
+    REQUIRE(EXCHANGE_ONLY | CONTINUOUS);
     return (fmi2Status)enter_event_mode(instance);
 }
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo) {
-    REQUIRE(EVENT);
+    REQUIRE(EXCHANGE_ONLY | EVENT);
     if (!check_null(instance, eventInfo, 1, __func__) || refresh(instance)) return fmi2Error;
     double due = next_event(instance);
     *eventInfo = (fmi2EventInfo){fmi2False, fmi2False, fmi2False, fmi2False, due < NO_EVENT ? fmi2True : fmi2False, due};
@@ -196,14 +196,14 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo) {
 }
 
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
-    REQUIRE(EVENT);
+    REQUIRE(EXCHANGE_ONLY | EVENT);
     return (fmi2Status)enter_continuous_time(instance);
 }
 
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint, fmi2Boolean *enterEventMode,
                                        fmi2Boolean *terminateSimulation) {
     (void)noSetFMUStatePriorToCurrentPoint;
-    REQUIRE(CONTINUOUS);
+    REQUIRE(EXCHANGE_ONLY | CONTINUOUS);
     if (!check_null(instance, enterEventMode, 1, __func__) || !check_null(instance, terminateSimulation, 1, __func__))
         return fmi2Error;
     *enterEventMode = samples_changed(instance);
@@ -212,33 +212,33 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
 }
 
 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
-    REQUIRE(EVENT | CONTINUOUS);
+    REQUIRE(EXCHANGE_ONLY | EVENT | CONTINUOUS);
     return (fmi2Status)set_time(instance, time);
 }
 
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx) {
-    REQUIRE(CONTINUOUS);
+    REQUIRE(EXCHANGE_ONLY | CONTINUOUS);
     return (fmi2Status)set_states(instance, x, nx);
 }
 
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx) {
-    REQUIRE(READABLE & ~STEPPING);
+    REQUIRE(EXCHANGE_ONLY | READABLE);
     return (fmi2Status)get_derivatives(instance, derivatives, nx);
 }
 
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real eventIndicators[], size_t ni) {
     (void)eventIndicators;
-    REQUIRE(READABLE & ~STEPPING);
+    REQUIRE(EXCHANGE_ONLY | READABLE);
     return (fmi2Status)no_indicators(instance, ni);
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {
-    REQUIRE(READABLE & ~STEPPING);
+    REQUIRE(EXCHANGE_ONLY | READABLE);
     return (fmi2Status)get_states(instance, x, nx);
 }
 
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal[], size_t nx) {
-    REQUIRE(READABLE & ~STEPPING);
+    REQUIRE(EXCHANGE_ONLY | READABLE);
     return (fmi2Status)get_nominals(instance, x_nominal, nx);
 }
 
@@ -247,14 +247,14 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
                                        const fmi2Real value[]) {
     (void)vr, (void)order, (void)value;
-    REQUIRE(WRITABLE & ~CONTINUOUS);
+    REQUIRE(STEPS_ONLY | WRITABLE);
     if (!nvr) return fmi2OK;
     return (fmi2Status)refuse(instance, ERROR, "%s: inputs are held over a step; derivatives of inputs are not taken", component.name);
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
                                         fmi2Real value[]) {
-    REQUIRE(READABLE);
+    REQUIRE(STEPS_ONLY | READABLE);
     if (!check_null(instance, vr, nvr, __func__) || !check_null(instance, order, nvr, __func__) ||
         !check_null(instance, value, nvr, __func__) || refresh(instance))
         return fmi2Error;
@@ -268,7 +268,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
                       fmi2Boolean noSetFMUStatePriorToCurrentPoint) {
     (void)noSetFMUStatePriorToCurrentPoint;
-    REQUIRE(STEPPING);
+    REQUIRE(STEPS_ONLY | STEPPING);
     if (check_step(instance, currentCommunicationPoint, communicationStepSize)) return fmi2Error;
     instance->step_status = advance(instance, currentCommunicationPoint, communicationStepSize, 0);
     if (!instance->step_status) instance->time = currentCommunicationPoint + communicationStepSize;
@@ -276,7 +276,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c) {
-    REQUIRE(STEPPING);
+    REQUIRE(STEPS_ONLY | STEPPING);
     return (fmi2Status)refuse(instance, ERROR, "%s: there is no step to cancel: steps are not asynchronous", component.name);
 }
 
@@ -286,7 +286,7 @@ static fmi2Status no_status(Instance *instance, const char *function) {
 
 #define STATUS_GETTER(Name, Type, kind, answer) \
     fmi2Status fmi2Get##Name(fmi2Component c, const fmi2StatusKind s, Type *value) { \
-        REQUIRE(STEPPING | TERMINATED | FAILED); \
+        REQUIRE(STEPS_ONLY | STEPPING | TERMINATED | FAILED); \
         if (!check_null(instance, value, 1, __func__)) return fmi2Error; \
         if ((int)s != (kind)) return no_status(instance, __func__); \
         *value = answer; \

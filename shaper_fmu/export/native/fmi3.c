@@ -61,8 +61,9 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3Stri
     return instantiate(instanceName, instantiationToken, 0, loggingOn, instanceEnvironment, logMessage, 0);
 }
 
+/* Not inside an intermediate update: the step that asked for it goes on. */
 void fmi3FreeInstance(fmi3Instance instance) {
-    if (instance) free_instance(instance);
+    if (allowed(instance, __func__, BETWEEN_CALLS)) free_instance(instance);
 }
 
 fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories, const fmi3String categories[]) {
@@ -85,7 +86,7 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance instance) {
 
 fmi3Status fmi3Terminate(fmi3Instance instance) {
     REQUIRE(STEPPING | EVENT | CONTINUOUS);
-    self->phase = TERMINATED;
+    terminate(self);
     return fmi3OK;
 }
 

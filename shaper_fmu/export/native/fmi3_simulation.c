@@ -12,8 +12,7 @@ fmi3Status fmi3EnterEventMode(fmi3Instance instance) {
 }
 
 fmi3Status fmi3EnterStepMode(fmi3Instance instance) {
-    REQUIRE(EVENT);
-    if (self->model_exchange) return (fmi3Status)refuse(self, ERROR, "%s: there is no step mode in model exchange", component.name);
+    REQUIRE(STEPS_ONLY | EVENT);
     if (refresh(self)) return fmi3Error;
     self->phase = STEPPING;
     return fmi3OK;
@@ -84,7 +83,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
                       fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,
                       fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn, fmi3Float64 *lastSuccessfulTime) {
     (void)noSetFMUStatePriorToCurrentPoint;
-    REQUIRE(STEPPING);
+    REQUIRE(STEPS_ONLY | STEPPING);
     if (!check_null(self, eventHandlingNeeded, 1, __func__) || !check_null(self, terminateSimulation, 1, __func__) ||
         !check_null(self, earlyReturn, 1, __func__) || !check_null(self, lastSuccessfulTime, 1, __func__) ||
         check_step(self, currentCommunicationPoint, communicationStepSize))
@@ -108,33 +107,37 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                                     const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues) {
-    REQUIRE(READABLE);
+    REQUIRE(STEPS_ONLY | READABLE);
     if (!check_null(self, valueReferences, nValueReferences, __func__) || !check_null(self, orders, nValueReferences, __func__) ||
         !check_null(self, values, nValues, __func__) || refresh(self))
         return fmi3Error;
     size_t k = 0;
     for (size_t i = 0; i < nValueReferences; i++) {
         const Variable *v = find_variable(self, valueReferences[i], 1 << REAL, "Float64");
-        for (int j = 0; v && j < (v->size ? v->size : 1); j++, k++)
-            if (k >= nValues || derivative_of(self, v, j, orders[i], &values[k])) v = 0;
-        if (!v) return k < nValues ? fmi3Error : (fmi3Status)refuse(self, ERROR, "%s: more than %d values", component.name, (int)nValues);
+        if (!v) return fmi3Error;
+        int elements = v->size ? v->size : 1;
+        if (k + (size_t)elements > nValues)
+            return (fmi3Status)refuse(self, ERROR, "%s: there is no room for the derivatives of %s: %d values", component.name, v->name,
+                                      (int)nValues);
+        for (int j = 0; j < elements; j++)
+            if (derivative_of(self, v, j, orders[i], &values[k++])) return fmi3Error;
     }
+    if (k != nValues)
+        return (fmi3Status)refuse(self, ERROR, "%s: there are %d derivatives, but %d values", component.name, (int)k, (int)nValues);
     return fmi3OK;
 }
 
 /* Model exchange */
 
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance) {
-    REQUIRE(EVENT);
-    if (!self->model_exchange)
-        return (fmi3Status)refuse(self, ERROR, "%s: there is no continuous-time mode in co-simulation", component.name);
+    REQUIRE(EXCHANGE_ONLY | EVENT);
     return (fmi3Status)enter_continuous_time(self);
 }
 
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation) {
     (void)noSetFMUStatePriorToCurrentPoint;
-    REQUIRE(CONTINUOUS);
+    REQUIRE(EXCHANGE_ONLY | CONTINUOUS);
     if (!check_null(self, enterEventMode, 1, __func__) || !check_null(self, terminateSimulation, 1, __func__)) return fmi3Error;
     *enterEventMode = samples_changed(self) != 0;
     *terminateSimulation = fmi3False;
@@ -142,35 +145,33 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetF
 }
 
 fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time) {
-    REQUIRE(EVENT | CONTINUOUS);
-    if (!self->model_exchange)
-        return (fmi3Status)refuse(self, ERROR, "%s: in co-simulation the time is set by steps", component.name);
+    REQUIRE(EXCHANGE_ONLY | EVENT | CONTINUOUS);
     return (fmi3Status)set_time(self, time);
 }
 
 fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 continuousStates[], size_t nContinuousStates) {
-    REQUIRE(CONTINUOUS);
+    REQUIRE(EXCHANGE_ONLY | CONTINUOUS);
     return (fmi3Status)set_states(self, continuousStates, nContinuousStates);
 }
 
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 derivatives[], size_t nContinuousStates) {
-    REQUIRE(READABLE & ~STEPPING);
+    REQUIRE(EXCHANGE_ONLY | READABLE);
     return (fmi3Status)get_derivatives(self, derivatives, nContinuousStates);
 }
 
 fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators) {
     (void)eventIndicators;
-    REQUIRE(READABLE & ~STEPPING);
+    REQUIRE(EXCHANGE_ONLY | READABLE);
     return (fmi3Status)no_indicators(self, nEventIndicators);
 }
 
 fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 continuousStates[], size_t nContinuousStates) {
-    REQUIRE(READABLE & ~STEPPING);
+    REQUIRE(EXCHANGE_ONLY | READABLE);
     return (fmi3Status)get_states(self, continuousStates, nContinuousStates);
 }
 
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 nominals[], size_t nContinuousStates) {
-    REQUIRE(READABLE & ~STEPPING);
+    REQUIRE(EXCHANGE_ONLY | READABLE);
     return (fmi3Status)get_nominals(self, nominals, nContinuousStates);
 }
 
@@ -181,11 +182,11 @@ static fmi3Status put_number(Instance *self, size_t *place, int number, const ch
 }
 
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventIndicators) {
-    REQUIRE(BETWEEN_CALLS);
+    REQUIRE(EXCHANGE_ONLY | BETWEEN_CALLS);
     return put_number(self, nEventIndicators, 0, __func__);
 }
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nContinuousStates) {
-    REQUIRE(BETWEEN_CALLS);
+    REQUIRE(EXCHANGE_ONLY | BETWEEN_CALLS);
     return put_number(self, nContinuousStates, component.states, __func__);
 }

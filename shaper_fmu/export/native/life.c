@@ -70,6 +70,11 @@ static const char *phase_name(Phase phase) {
 /* Whether the function may be called now; if not, says so. */
 int allowed(Instance *instance, const char *function, int phases) {
     if (!instance) return 0;
+    if (phases & (instance->model_exchange ? STEPS_ONLY : EXCHANGE_ONLY)) {
+        refuse(instance, ERROR, "%s: %s is not for %s", component.name, function,
+               instance->model_exchange ? "model exchange" : "co-simulation");
+        return 0;
+    }
     if (instance->phase & phases) return 1;
     refuse(instance, ERROR, "%s: %s cannot be called %s", component.name, function, phase_name(instance->phase));
     return 0;
@@ -172,7 +177,7 @@ Status advance(Instance *instance, double t, double h, int left_limits) {
 /* Whether a step from t over h is possible: it must begin where the last one ended, within a clock's rounding. */
 Status check_step(Instance *instance, double t, double h) {
     double rounding = 1e-6 * h + 1e-9 * fabs(t);
-    if (!(isfinite(t) && isfinite(h) && h >= 0.0))
+    if (!(isfinite(t) && isfinite(t + h) && h >= 0.0))
         return refuse(instance, ERROR, "%s: a step of %g s at t = %.15g s is not possible; it must be finite and not negative",
                       component.name, h, t);
     if (fabs(t - instance->time) > rounding)
@@ -220,4 +225,11 @@ Status enter_event_mode(Instance *instance) {
     instance->stale = 1;
     instance->tried = 0;
     return OK;
+}
+
+/* The last values stay, also those that were tried out. */
+void terminate(Instance *instance) {
+    if (instance->tried) memcpy(instance->record, instance->scratch, (size_t)component.record_size);
+    instance->tried = 0;
+    instance->phase = TERMINATED;
 }

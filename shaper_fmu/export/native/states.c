@@ -19,9 +19,21 @@ size_t serialized_size(void) { return sizeof(uint64_t) + state_size(); }
 
 static Status no_memory(Instance *instance) { return refuse(instance, ERROR, "%s: not enough memory for a state", component.name); }
 
+/* Whether bytes begin like a state of this component and version; another one's may be shorter. */
+static int is_own(const void *bytes) {
+    uint64_t found;
+    memcpy(&found, bytes, sizeof found);
+    return found == component.digest;
+}
+
+static Status not_own(Instance *instance) {
+    return refuse(instance, ERROR, "%s: this is not the state of this component and version", component.name);
+}
+
 /* Save into *state, which is made if it is null. */
 Status save_state(Instance *instance, void **state) {
     if (!state) return refuse(instance, ERROR, "%s: there is no place to save a state to (null pointer)", component.name);
+    if (*state && !is_own(*state)) return not_own(instance);
     SavedLife life = {component.digest, instance->phase, instance->stale, instance->model_exchange, instance->event_mode,
                       instance->stop_defined, instance->step_status, instance->time, instance->record_time, instance->event_time,
                       instance->stop_time};
@@ -43,8 +55,7 @@ Status restore_state(Instance *instance, const void *state) {
     const unsigned char *bytes = state;
     if (!state) return refuse(instance, ERROR, "%s: there is no state to restore (null pointer)", component.name);
     memcpy(&life, bytes, sizeof life);
-    if (life.digest != component.digest || !is_phase(life.phase))
-        return refuse(instance, ERROR, "%s: this is not the state of this component and version", component.name);
+    if (!is_own(state) || !is_phase(life.phase)) return not_own(instance);
     if (life.model_exchange != instance->model_exchange || life.event_mode != instance->event_mode)
         return refuse(instance, ERROR, "%s: this state was saved by an instance for another kind of simulation", component.name);
     instance->phase = (Phase)life.phase;
@@ -70,6 +81,7 @@ static uint64_t checksum(const unsigned char *bytes, size_t size) {
 /* The bytes of a saved state behind their checksum. */
 Status serialize_state(Instance *instance, const void *state, void *bytes, size_t size) {
     if (!state || !bytes) return refuse(instance, ERROR, "%s: there is no state to serialize (null pointer)", component.name);
+    if (!is_own(state)) return not_own(instance);
     if (size < serialized_size())
         return refuse(instance, ERROR, "%s: a serialized state needs %d bytes, not %d", component.name, (int)serialized_size(), (int)size);
     uint64_t sum = checksum(state, state_size());
@@ -86,6 +98,7 @@ Status deserialize_state(Instance *instance, const void *bytes, size_t size, voi
     const unsigned char *content = (const unsigned char *)bytes + sizeof sum;
     memcpy(&sum, bytes, sizeof sum);
     if (sum != checksum(content, state_size())) return refuse(instance, ERROR, "%s: the serialized state is damaged", component.name);
+    if (!is_own(content) || (*state && !is_own(*state))) return not_own(instance);
     if (!*state) *state = malloc(state_size());
     if (!*state) return no_memory(instance);
     memcpy(*state, content, state_size());

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import importlib.util
+import platform
 import subprocess
 import sys
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from shaper_fmu.errors import BuildError
+from shaper_fmu.errors import BuildError, nearest
 
 
 @dataclass(frozen=True)
@@ -29,8 +31,8 @@ class Platform:
 
 
 PLATFORMS = {
-    platform.name: platform
-    for platform in (
+    known.name: known
+    for known in (
         Platform("x86_64-linux", "x86_64-linux-gnu.2.17", ".so", "linux64"),
         Platform("aarch64-linux", "aarch64-linux-gnu.2.17", ".so", "aarch64-linux"),
         Platform("x86_64-windows", "x86_64-windows-gnu", ".dll", "win64"),
@@ -44,6 +46,16 @@ _FLAGS = ["-O2", "-g0", "-std=c11", "-fvisibility=hidden", "-ffp-contract=off", 
 _LINK = ["-shared", "-s"]
 
 
+def platform_named(name: str) -> Platform:
+    """The platform of this name; "this" is the one that runs. Raises BuildError for an unknown name."""
+    if name == "this":
+        machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
+        name = f"{machine}-{platform.system().lower()}"
+    if name not in PLATFORMS:
+        raise BuildError(f"there is no platform {name!r}.{nearest(name, PLATFORMS)} Known are {', '.join(PLATFORMS)}")
+    return PLATFORMS[name]
+
+
 def has_toolchain() -> bool:
     """Whether ziglang is installed."""
     return importlib.util.find_spec("ziglang") is not None
@@ -51,26 +63,24 @@ def has_toolchain() -> bool:
 
 def toolchain_version() -> str:
     """The version of ziglang. Raises BuildError, which tells how to install it."""
-    from importlib.metadata import PackageNotFoundError, version
-
     try:
         return version("ziglang")
     except PackageNotFoundError:
         raise BuildError("native FMUs are compiled by ziglang, which is not installed: pip install 'shaper-fmu[native]'") from None
 
 
-def build_library(sources: list[Path], target: Path, platform: Platform, includes: list[Path]) -> None:
+def build_library(sources: list[Path], target: Path, built_for: Platform, includes: list[Path]) -> None:
     """Compile C and LLVM IR files, and link them to a shared library. Raises BuildError with the compiler's words."""
     toolchain_version()
     flags = [*_FLAGS, *[f"-I{folder}" for folder in includes], *_LINK]
-    if platform.suffix == ".dylib":
+    if built_for.suffix == ".dylib":
         flags.append(f"-Wl,-install_name,@rpath/{target.name}")
     else:
         flags.append("-Wl,--gc-sections")
-    if platform.suffix != ".dll":
+    if built_for.suffix != ".dll":
         flags.append("-lm")
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", platform.target, "-o", target.name, *map(str, sources), *flags]
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", built_for.target, "-o", target.name, *map(str, sources), *flags]
     # where the compiler runs, its output's name is relative: no path of this machine gets into the library
     done = subprocess.run(command, cwd=target.parent, capture_output=True, text=True, check=False)
     if done.returncode:
-        raise BuildError(f"compiling for {platform.name} failed:\n{done.stderr.strip()[-3000:]}")
+        raise BuildError(f"compiling for {built_for.name} failed:\n{done.stderr.strip()[-3000:]}")

@@ -1,0 +1,99 @@
+"""The command `shaper-fmu build`."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from shaper_fmu.component import Component
+from shaper_fmu.console import err, out
+from shaper_fmu.progress import progress
+
+
+Said = Callable[[str], None]
+
+
+class _Backend(StrEnum):
+    native = "native"
+    python = "python"
+
+
+class _Fmi(StrEnum):
+    two = "2"
+    three = "3"
+
+
+def build(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(help="Components, Python files with components, or folders of SSP systems. Default: all components."),
+    ] = None,
+    output: Annotated[Path, typer.Option(help="Folder for the FMUs.")] = Path("fmus"),
+    backend: Annotated[
+        _Backend, typer.Option(help="native: machine code, no Python inside; python: the source, run by the host's Python.")
+    ] = _Backend.native,
+    fmi: Annotated[_Fmi, typer.Option(help="Version of FMI.")] = _Fmi.two,
+    platforms: Annotated[
+        list[str] | None,
+        typer.Option("--platform", help="Platform such as x86_64-windows, or `this`; may be repeated. Default: all five."),
+    ] = None,
+) -> None:
+    """Build FMUs of components, and SSP archives of system folders (from FMUs built before).
+
+    What was compiled is kept in a cache, so that building again takes seconds.
+    """
+    from shaper_fmu.export.build import build_fmu
+    from shaper_fmu.export.native.toolchain import PLATFORMS
+    from shaper_fmu.ssp.archive import pack_ssp
+
+    folders = [name for name in names or [] if Path(name).is_dir()]
+    components = _components(names, folders)
+
+    def make(component: type[Component], said: Said) -> Path:
+        chosen = platforms or []
+        return build_fmu(component, output, backend=backend.value, fmi=int(fmi), platforms=chosen, progress=said)
+
+    parts = 1 if backend is _Backend.python else 2 + len(platforms or PLATFORMS)
+    for path in _built(components, make, parts):
+        out.print(f"built {path}")
+    for folder in folders:
+        out.print(f"built {pack_ssp(folder, output)}")
+
+
+def _components(names: list[str] | None, folders: list[str]) -> list[type[Component]]:
+    from shaper_fmu.registry import components, find_component, load_components
+
+    if not names:
+        return list(components().values())
+    found = []
+    for name in names:
+        if name not in folders:
+            found += load_components(Path(name)) if name.endswith(".py") else [find_component(name)]
+    return found
+
+
+def _built(components: list[type[Component]], make: Callable[[type[Component], Said], Path], parts: int) -> list[Path]:
+    """Build side by side, since the compilers are processes of their own; the first fault ends it. `parts` are those of one FMU."""
+    with progress("building", err) as update, ThreadPoolExecutor(os.cpu_count()) as pool:
+        done = itertools.count(1)
+
+        def said(_what: str) -> None:
+            update(next(done), parts * len(components))
+
+        waiting = [pool.submit(make, component, said) for component in components]
+        try:
+            paths = []
+            for future in waiting:
+                paths.append(future.result())
+                said("written")
+            return paths
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise

@@ -1,0 +1,126 @@
+"""Building FMUs: by which backend, for which version of FMI and which platforms; and FMUs that need no building.
+
+A wheel carries the native FMUs of all its components, so that its user needs no compiler. They are handed out as long as
+they belong to the sources beside them; from a changed or plain source checkout, FMUs are built and kept in the cache.
+"""
+
+from __future__ import annotations
+
+import functools
+import shutil
+import tempfile
+from collections.abc import Callable, Sequence
+from enum import StrEnum
+from importlib.metadata import version
+from pathlib import Path
+
+from shaper_fmu.archives import write_file
+from shaper_fmu.component import Component
+from shaper_fmu.errors import BuildError
+from shaper_fmu.export import pythonfmu_backend
+from shaper_fmu.export.cache import cached, digest
+from shaper_fmu.export.closure import packed_sources
+from shaper_fmu.export.native.backend import build_native_fmu
+from shaper_fmu.export.native.toolchain import PLATFORMS, has_toolchain, platform_named, toolchain_version
+from shaper_fmu.registry import components, find_component
+
+SHIPPED = Path(__file__).parent.parent / "shipped"
+_MANIFEST = "sources.txt"
+
+
+class Backend(StrEnum):
+    """What an FMU is made of."""
+
+    native = "native"
+    python = "python"
+
+
+def build_fmu(
+    component: type[Component],
+    folder: Path | str,
+    *,
+    backend: Backend | str = Backend.native,
+    fmi: int = 2,
+    platforms: Sequence[str] = (),
+    progress: Callable[[str], None] = lambda what: None,
+) -> Path:
+    """Write `folder`/<component>.fmu and return its path.
+
+    Args:
+        component: the component's class.
+        folder: where to; made if it is missing.
+        backend: "native" (machine code, no Python inside) or "python" (its source, run by the host's Python).
+        fmi: 2 or 3; the python backend knows FMI 2.0 only.
+        platforms: names such as "x86_64-linux", or "this" for the one that runs; default: all.
+        progress: called with what is being done.
+
+    Raises BuildError when the component cannot be built; then no file is written or changed.
+    """
+    chosen = [platform_named(name).name for name in platforms] or list(PLATFORMS)
+    if fmi not in (2, 3):
+        raise BuildError(f"FMI {fmi} is not known; use 2 or 3")
+    if Backend(backend) is Backend.python:
+        if fmi != 2:
+            raise BuildError("the python backend builds FMI 2.0 only; use --backend native for FMI 3.0")
+        return pythonfmu_backend.build_fmu(component, folder)
+    if not has_toolchain():
+        shipped = shipped_fmu(component, fmi)
+        if shipped is not None:
+            progress(f"{component.__name__}: FMI {fmi}.0, as shipped, for all platforms")
+            return write_file(Path(folder) / shipped.name, shipped.read_bytes())
+    return build_native_fmu(component, folder, fmi, chosen, progress)
+
+
+def fmu_path(
+    component: str | type[Component], fmi: int = 2, *, backend: Backend | str = Backend.native, platforms: Sequence[str] = ()
+) -> Path:
+    """The path of a component's FMU, to be read, not changed: as it was shipped, or built once and kept in the cache.
+
+    Args are those of `build_fmu`; the component may be given by its name. Raises ComponentError for an unknown name and
+    BuildError when it cannot be built.
+    """
+    found = find_component(component) if isinstance(component, str) else component
+    shipped = shipped_fmu(found, fmi) if Backend(backend) is Backend.native else None
+    if shipped is not None:
+        return shipped
+    names = [platform_named(name).name for name in platforms] or list(PLATFORMS)
+    tools = toolchain_version() if Backend(backend) is Backend.native else version("pythonfmu")
+    key = digest(sources_digest(found), tools, str(Backend(backend)), str(fmi), *names)
+
+    def make() -> bytes:
+        with tempfile.TemporaryDirectory() as draft:
+            return build_fmu(found, draft, backend=backend, fmi=fmi, platforms=names).read_bytes()
+
+    return cached(f"fmus/{key}", f"{found.__name__}.fmu", make)
+
+
+def sources_digest(component: type[Component]) -> str:
+    """What a component's FMU is made from: its own sources, and the exporter's."""
+    return digest(packed_sources(component)[0], _exporter_digest())
+
+
+@functools.lru_cache(maxsize=1)
+def _exporter_digest() -> str:
+    export = Path(__file__).parent
+    files = sorted(file for file in export.rglob("*") if file.suffix in (".py", ".c", ".h"))
+    return digest(version("shaper-fmu"), *[part for file in files for part in (file.name, file.read_bytes())])
+
+
+def shipped_fmu(component: type[Component], fmi: int) -> Path | None:
+    """The FMU that came with the installed package, unless the sources have changed since."""
+    folder = SHIPPED / f"fmi{fmi}"
+    path = folder / f"{component.__name__}.fmu"
+    if not path.is_file() or components().get(component.__name__) is not component:
+        return None
+    known = dict(line.split() for line in (SHIPPED / _MANIFEST).read_text().splitlines())
+    return path if known.get(component.__name__) == sources_digest(component) else None
+
+
+def ship(folder: Path) -> None:
+    """Build what a wheel carries into this folder: all components, both versions of FMI, all platforms."""
+    shutil.rmtree(folder, ignore_errors=True)
+    for component in components().values():
+        for fmi in (2, 3):
+            write_file(folder / f"fmi{fmi}" / f"{component.__name__}.fmu", fmu_path(component, fmi).read_bytes())
+    lines = [f"{name} {sources_digest(component)}" for name, component in components().items()]
+    (folder / _MANIFEST).write_text("\n".join(lines) + "\n")

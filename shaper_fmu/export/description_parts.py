@@ -1,0 +1,124 @@
+"""What the model descriptions of FMI 2.0 and 3.0 have in common."""
+
+from __future__ import annotations
+
+import enum
+import inspect
+from typing import Any
+
+from lxml import etree
+
+from shaper_fmu.component import Component, Variable
+from shaper_fmu.export.model_structure import visible_variables
+from shaper_fmu.units import parse_unit
+
+
+def summary(component: type[Component]) -> str:
+    """The first sentence-paragraph of the component's docstring, on one line."""
+    return " ".join((inspect.getdoc(component) or component.__name__).split("\n\n")[0].split())
+
+
+def text(value: Any) -> str:
+    """A number as XML shows it; real numbers as short as they can be without loss."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return str(int(value)) if isinstance(value, int) else repr(float(value))
+
+
+def new_document(component: type[Component], version: str, token: dict[str, str], generator: str) -> etree._Element:
+    """The root element; `token` is the attribute that ties the description to the library."""
+    return etree.Element("fmiModelDescription", {
+        "fmiVersion": version, "modelName": component.__name__, **token, "description": summary(component),
+        "author": "shaper-fmu", "license": "BSD-2-Clause", "generationTool": generator, "variableNamingConvention": "structured",
+    })  # fmt: skip
+
+
+def as_bytes(root: etree._Element) -> bytes:
+    """The finished document."""
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+
+
+def add_units(root: etree._Element, component: type[Component], *more: str) -> None:
+    """The units of the real variables, and `more`, by their SI base units, with the display units."""
+    shown: dict[str, set[str]] = {unit: set() for unit in more}
+    for variable in visible_variables(component):
+        if variable.unit and variable.kind is float:
+            shown.setdefault(variable.unit, set()).update({variable.display_unit} - {""})
+    if not shown:
+        return
+    definitions = etree.SubElement(root, "UnitDefinitions")
+    for name, displays in sorted(shown.items()):
+        unit = parse_unit(name)
+        element = etree.SubElement(definitions, "Unit", name=name)
+        base = {symbol: str(exponent) for symbol, exponent in unit.exponents}
+        etree.SubElement(element, "BaseUnit", base if unit.factor == 1.0 else {**base, "factor": text(unit.factor)})
+        for display in sorted(displays):
+            etree.SubElement(element, "DisplayUnit", name=display, factor=text(unit.factor / parse_unit(display).factor))
+
+
+def enumerations(component: type[Component]) -> dict[str, type[enum.IntEnum]]:
+    """The enumerations of the visible variables by name, in the order of their first use."""
+    return {v.kind.__name__: v.kind for v in visible_variables(component) if issubclass(v.kind, enum.IntEnum)}
+
+
+def add_items(element: etree._Element, kind: type[enum.IntEnum]) -> None:
+    """The items of an enumeration."""
+    for item in kind:
+        etree.SubElement(element, "Item", name=item.name, value=str(item.value))
+
+
+def add_log_categories(root: etree._Element, prefix: str, events: bool) -> None:
+    """The categories of messages; `prefix` is that of the version's C names."""
+    categories = etree.SubElement(root, "LogCategories")
+    if events:
+        etree.SubElement(categories, "Category", name="logEvents", description="Events, and when they are handled.")
+    for status in ("Warning", "Discard", "Error", "Fatal"):
+        etree.SubElement(
+            categories, "Category", name=f"logStatus{status}", description=f"Messages with the status {prefix}{status}."
+        )
+
+
+def add_default_experiment(root: etree._Element, component: type[Component]) -> None:
+    """Start, stop and step size that make sense for the component."""
+    etree.SubElement(root, "DefaultExperiment", {
+        "startTime": "0.0", "stopTime": text(component.default_stop_time), "stepSize": text(component.default_step_size),
+    })  # fmt: skip
+
+
+def common_attributes(variable: Variable, name: str, reference: int) -> dict[str, str]:
+    """Name, value reference, description, causality, variability and, for all but inputs, `initial`.
+
+    Real inputs, outputs and locals are continuous even where they jump at events: a discrete variable would have to stay
+    constant between events.
+    """
+    if variable.causality in ("parameter", "calculatedParameter"):
+        variability = "tunable" if variable.tunable else "fixed"
+    else:
+        variability = "continuous" if variable.kind is float else "discrete"
+    attributes = {
+        "name": name, "valueReference": str(reference), "description": variable.description,
+        "causality": variable.causality, "variability": variability,
+    }  # fmt: skip
+    if variable.causality != "input":
+        attributes["initial"] = "exact" if variable.causality == "parameter" else "calculated"
+    return attributes
+
+
+def typed_attributes(variable: Variable) -> dict[str, str]:
+    """Declared type of an enumeration; unit and bounds of a number."""
+    if issubclass(variable.kind, enum.IntEnum):
+        return {"declaredType": variable.kind.__name__}
+    attributes = {}
+    if variable.kind is float and variable.unit:
+        attributes["unit"] = variable.unit
+        if variable.display_unit:
+            attributes["displayUnit"] = variable.display_unit
+    if variable.kind in (float, int):
+        bounds = (("min", variable.min), ("max", variable.max))
+        attributes.update({key: text(variable.kind(bound)) for key, bound in bounds if bound is not None})
+    return attributes
+
+
+def has_start(variable: Variable) -> bool:
+    """Whether a start value is required; for all that is calculated it is forbidden."""
+    return variable.causality in ("input", "parameter")

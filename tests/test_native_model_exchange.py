@@ -1,0 +1,202 @@
+"""Model exchange, FMI 2.0 and 3.0: an independent solver (scipy) integrates, and arrives where co-simulation does."""
+
+from __future__ import annotations
+
+from ctypes import c_double
+
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from native_drivers import Driver
+from native_host import native_fmu
+from scipy.integrate import solve_ivp
+from test_fmu_identity import PARAMETERS, stimulus
+
+from shaper_fmu.component import NO_EVENT, Component
+from shaper_fmu.registry import components
+
+EXCHANGED = [name for name, component in components().items() if component.continuous_states is not None]
+both_versions = pytest.mark.parametrize("fmi", [2, 3])
+
+
+class Integrated:
+    """A model-exchange instance, driven as the standards tell: events at announced times, a solver between them."""
+
+    def __init__(self, name: str, fmi: int):
+        self.driver = Driver(native_fmu(name, fmi), exchange=True).initialize(PARAMETERS[name])
+        self.slave, self.inputs = self.driver.slave, self.driver.names("input")
+        self.count = len(components()[name].continuous_states or ())
+        self.due = self.driver.update()
+        self.slave.enterContinuousTimeMode()
+        self.t = 0.0
+
+    def states(self) -> np.ndarray:
+        x = (c_double * self.count)()
+        self.slave.getContinuousStates(x, self.count)
+        return np.array(x)
+
+    def slopes(self, t: float, x: np.ndarray) -> np.ndarray:
+        self.slave.setTime(t)
+        self.slave.setContinuousStates((c_double * self.count)(*x), self.count)
+        dx = (c_double * self.count)()
+        ask = self.slave.getContinuousStateDerivatives if self.driver.fmi == 3 else self.slave.getDerivatives
+        ask(dx, self.count)
+        return np.array(dx)
+
+    def event(self) -> None:
+        self.slave.enterEventMode()
+        self.due = self.driver.update()
+        self.slave.enterContinuousTimeMode()
+
+    def set(self, values: dict[str, float]) -> None:
+        """Inputs jump: an event."""
+        self.slave.enterEventMode()
+        self.driver.set(values)
+        self.due = self.driver.update()
+        self.slave.enterContinuousTimeMode()
+
+    def advance(self, end: float) -> list[float]:
+        """Integrate to `end`; returns the times of the FMU's own events."""
+        events = []
+        while self.t < end:
+            target = end if self.due is None else min(end, self.due)
+            if self.count and target > self.t:
+                found = solve_ivp(self.slopes, (self.t, target), self.states(), rtol=1e-11, atol=1e-13)
+                self.slopes(target, found.y[:, -1])
+            self.slave.setTime(target)
+            assert self.slave.completedIntegratorStep() == (False, False)
+            self.t = target
+            if target == self.due:
+                events.append(target)
+                self.event()
+        return events
+
+
+def seen(driver: Driver, outputs: list[str]) -> list[float]:
+    return [float(driver.get(name)) for name in outputs]
+
+
+def expected(plain: Component, outputs: list[str]) -> list[float]:
+    return [float(getattr(plain, name)) for name in outputs]
+
+
+@both_versions
+@pytest.mark.parametrize("name", EXCHANGED)
+def test_a_solver_arrives_where_co_simulation_does(name, fmi):
+    """Tolerance: the solver's, 1e-8; components without continuous states have none, but for the means over a step."""
+    component = components()[name]
+    plain = component()
+    for variable, value in PARAMETERS[name].items():
+        plain.set(variable, value)
+    plain.initialize(0.0)
+    outputs = [v.name for v in component.variables.values() if v.causality == "output" and not v.name.endswith("_mean")]
+    model, events = Integrated(name, fmi), []
+    tolerance = 1e-8 if model.count else 0.0
+    for i in range(30):
+        end = 0.0731 * (i + 1)
+        values = {variable: stimulus(i, place) for place, variable in enumerate(model.inputs)}
+        if values:
+            model.set(values)
+        for variable, value in values.items():
+            plain.set(variable, value)
+        plain.do_step(model.t, 0.0)
+        assert seen(model.driver, outputs) == pytest.approx(expected(plain, outputs), abs=tolerance, rel=0)
+        t = model.t
+        while t < end:
+            target = min(end, getattr(plain, "next_event_time", NO_EVENT))
+            plain.do_step(t, target - t)
+            t = target
+        events += model.advance(end)
+        if component.variables.get("next_event_time") is None or end < plain.next_event_time:
+            assert seen(model.driver, outputs) == pytest.approx(expected(plain, outputs), abs=tolerance, rel=0)
+    assert bool(events) == ("next_event_time" in component.variables)
+    model.driver.close()
+
+
+@both_versions
+@pytest.mark.parametrize("name", [n for n in EXCHANGED if components()[n].continuous_states])
+def test_derivatives_are_those_of_the_states(name, fmi):
+    """Central difference of co-simulation over 1e-5 s: error of the third derivative times 1e-10 / 6."""
+    model, component = Integrated(name, fmi), components()[name]
+    values = {variable: stimulus(3, place) for place, variable in enumerate(model.inputs)}
+    model.set(values)
+    model.advance(0.7)
+    x, h = model.states(), 1e-5
+    slopes = model.slopes(0.7, x)
+    plain = component(**{})
+    for variable, value in {**PARAMETERS[name], **values}.items():
+        plain.set(variable, value)
+    plain.initialize(0.0)
+    plain.do_step(0.0, 0.7 - h)
+    before = np.array([getattr(plain, state) for state in component.continuous_states or ()])
+    plain.do_step(0.7 - h, 2 * h)
+    after = np.array([getattr(plain, state) for state in component.continuous_states or ()])
+    assert slopes == pytest.approx((after - before) / (2 * h), abs=3e-6)
+    model.driver.close()
+
+
+@both_versions
+def test_a_sampled_input_that_changed_asks_for_an_event(fmi):
+    model = Integrated("InputShaper", fmi)
+    model.slave.setTime(0.25)
+    model.driver.set({"command": 1.0})
+    assert model.slave.completedIntegratorStep() == (True, False)
+    model.t = 0.25
+    model.event()
+    assert model.slave.completedIntegratorStep() == (False, False)
+    assert model.driver.get("shaped") > 0.0
+    model.driver.close()
+
+
+@both_versions
+def test_the_time_does_not_go_back_behind_an_event_and_values_must_be_finite(fmi):
+    model = Integrated("MassSpringDamper", fmi)
+    model.advance(0.5)
+    model.event()
+    model.driver.messages  # noqa: B018
+    with pytest.raises(FMICallException):
+        model.slave.setTime(0.4)
+    assert "the time 0.4 s is before the last event at 0.5 s" in model.driver.messages[0]
+    with pytest.raises(FMICallException):
+        model.slave.setContinuousStates((c_double * 2)(float("nan"), 0.0), 2)
+    assert "the state position is nan" in model.driver.messages[0]
+    with pytest.raises(FMICallException):
+        model.slave.getContinuousStates((c_double * 3)(), 3)
+    assert "there are 2 continuous states" in model.driver.messages[0]
+    with pytest.raises(FMICallException):
+        model.driver.set({"mass": 3.0})
+    model.driver.close()
+
+
+@both_versions
+def test_a_state_of_co_simulation_is_refused_by_model_exchange(fmi):
+    stepping = Driver(native_fmu("MassSpringDamper", fmi)).initialize({})
+    model = Integrated("MassSpringDamper", fmi)
+    names = ("getFMUState", "setFMUState", "freeFMUState") if fmi == 3 else ("getFMUstate", "setFMUstate", "freeFMUstate")
+    state = getattr(stepping.slave, names[0])()
+    model.driver.messages  # noqa: B018
+    with pytest.raises(FMICallException):
+        getattr(model.slave, names[1])(state)
+    assert "another kind of simulation" in model.driver.messages[0]
+    getattr(stepping.slave, names[2])(state)
+    stepping.close()
+    model.driver.close()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_fmpys_own_solver_runs_the_crane(fmi):
+    """CVode in fmpy against co-simulation, both through fmpy.simulate_fmu, with a trolley that brakes."""
+    import fmpy
+
+    jumps = [(0.0, 0.4), (1.0, 0.4), (1.0, -0.4), (2.0, -0.4), (2.0, 0.0), (8.0, 0.0)]  # two rows at one time: an event
+    signal = np.array(jumps, dtype=[("time", float), ("trolley_acceleration", float)])
+    runs = [
+        fmpy.simulate_fmu(
+            str(native_fmu("OverheadCrane", fmi)), fmi_type=kind, stop_time=8.0, output_interval=0.01, input=signal,
+            relative_tolerance=1e-10, output=["swing_angle", "load_position"],
+        )
+        for kind in ("CoSimulation", "ModelExchange")
+    ]  # fmt: skip
+    swing = [np.interp(np.arange(0.5, 7.5, 0.5), run["time"], run["swing_angle"]) for run in runs]
+    assert np.max(np.abs(swing[0])) > 0.01
+    assert swing[0] == pytest.approx(swing[1], abs=1e-6)
