@@ -16,7 +16,6 @@ from shaper_fmu.component import Component
 from shaper_fmu.console import err, out
 from shaper_fmu.progress import progress
 
-
 Said = Callable[[str], None]
 
 

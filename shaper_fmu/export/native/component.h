@@ -35,6 +35,8 @@ typedef struct {
     int derivative; /* index of the variable that is its time derivative, or -1 */
 } Variable;
 
+static inline int length(const Variable *v) { return v->size ? v->size : 1; }
+
 typedef struct {
     uint16_t variable, element;
 } Scalar;

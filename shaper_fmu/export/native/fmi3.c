@@ -108,8 +108,6 @@ const Variable *find_variable(Instance *self, fmi3ValueReference vr, int kinds, 
     return 0;
 }
 
-static size_t length(const Variable *v) { return v->size ? (size_t)v->size : 1; }
-
 /* Whether the values fill the variables exactly; if not, says so. */
 static Status count(Instance *self, const fmi3ValueReference vr[], size_t n, int kinds, const char *type, size_t values) {
     size_t needed = 0;
@@ -119,7 +117,7 @@ static Status count(Instance *self, const fmi3ValueReference vr[], size_t n, int
         else {
             const Variable *v = find_variable(self, vr[i], kinds, type);
             if (!v) return ERROR;
-            needed += length(v);
+            needed += (size_t)length(v);
         }
     }
     if (needed == values) return OK;
@@ -141,7 +139,7 @@ static Status count(Instance *self, const fmi3ValueReference vr[], size_t n, int
             } \
             const Variable *v = &component.variable[component.visible_variable[valueReferences[i]]]; \
             const Stored *first = field(self, v, 0); \
-            for (size_t j = 0; j < length(v); j++) values[k++] = (fmi3##Name)first[j]; \
+            for (int j = 0; j < length(v); j++) values[k++] = (fmi3##Name)first[j]; \
         } \
         return fmi3OK; \
     }
@@ -158,14 +156,14 @@ static Status count(Instance *self, const fmi3ValueReference vr[], size_t n, int
         if (count(self, valueReferences, nValueReferences, kinds, #Name, nValues)) return fmi3Error; \
         for (size_t i = 0, k = 0; i < nValueReferences; i++) { \
             const Variable *v = &component.variable[component.visible_variable[valueReferences[i]]]; \
-            for (size_t j = 0; j < length(v); j++) \
-                if (settable(self, v, (int)j, (double)values[k++])) return fmi3Error; \
+            for (int j = 0; j < length(v); j++) \
+                if (settable(self, v, j, (double)values[k++])) return fmi3Error; \
         } \
         self->tried = 0; \
         for (size_t i = 0, k = 0; i < nValueReferences; i++) { \
             const Variable *v = &component.variable[component.visible_variable[valueReferences[i]]]; \
             Stored *first = field(self, v, 0); \
-            for (size_t j = 0; j < length(v); j++) first[j] = (Stored)values[k++]; \
+            for (int j = 0; j < length(v); j++) first[j] = (Stored)values[k++]; \
             self->stale = 1; \
         } \
         return fmi3OK; \

@@ -115,7 +115,7 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueRefere
     for (size_t i = 0; i < nValueReferences; i++) {
         const Variable *v = find_variable(self, valueReferences[i], 1 << REAL, "Float64");
         if (!v) return fmi3Error;
-        int elements = v->size ? v->size : 1;
+        int elements = length(v);
         if (k + (size_t)elements > nValues)
             return (fmi3Status)refuse(self, ERROR, "%s: there is no room for the derivatives of %s: %d values", component.name, v->name,
                                       (int)nValues);

@@ -192,7 +192,7 @@ Status check_step(Instance *instance, double t, double h) {
 static void exchange_inputs(unsigned char *one, unsigned char *other) {
     for (int k = 0; k < component.inputs; k++) {
         const Variable *v = &component.variable[component.input[k]];
-        int bytes = (v->size ? v->size : 1) * (v->kind == REAL ? 8 : 4);
+        int bytes = length(v) * (v->kind == REAL ? 8 : 4);
         for (int i = v->offset; i < v->offset + bytes; i++) {
             unsigned char byte = one[i];
             one[i] = other[i];
@@ -206,7 +206,7 @@ int samples_changed(const Instance *instance) {
     if (!component.sampled || !instance->held) return 0;
     for (int k = 0; k < component.inputs; k++) {
         const Variable *v = &component.variable[component.input[k]];
-        int bytes = (v->size ? v->size : 1) * (v->kind == REAL ? 8 : 4);
+        int bytes = length(v) * (v->kind == REAL ? 8 : 4);
         if (memcmp(instance->held + v->offset, instance->record + v->offset, (size_t)bytes)) return 1;
     }
     return 0;

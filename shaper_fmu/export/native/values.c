@@ -17,8 +17,6 @@ void *field(const Instance *instance, const Variable *v, int element) {
     return (void *)(record + v->offset + element * (v->kind == REAL ? 8 : 4));
 }
 
-static int length(const Variable *v) { return v->size ? v->size : 1; }
-
 /* States and results always start anew; inputs and parameters keep what was set, unless asked. */
 void start_values(unsigned char *record, int with_inputs_and_parameters) {
     for (int k = 0; k < component.variables; k++) {
