@@ -4,9 +4,10 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
+PIP = $(shell $(BIN)/python -m pip --version >/dev/null 2>&1 && echo $(BIN)/python -m pip || echo $(PYTHON) -m pip --python $(BIN)/python)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fmus bench lint format clean
+.PHONY: help demo test fmus dist bench lint format clean
 
 help:  ## Show the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -14,12 +15,11 @@ help:  ## Show the targets
 $(READY): pyproject.toml
 	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; v >= (3, 11) or sys.exit("Python 3.11 or newer is needed, $(PYTHON) is %d.%d; give another one: make PYTHON=python3.12 ..." % v)'
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) >/dev/null 2>&1 || { rm -rf $(VENV); $(PYTHON) -m venv --without-pip $(VENV); }
-	@if $(BIN)/python -m pip --version >/dev/null 2>&1; then pip="$(BIN)/python -m pip"; else pip="$(PYTHON) -m pip --python $(BIN)/python"; fi; \
-	  echo "installing into $(VENV)"; $$pip install --quiet --editable '.[report,xarray,test,dev]'
+	@echo "installing into $(VENV)"; $(PIP) install --quiet --editable '.[native,report,xarray,interop,test,dev]'
 	@touch $@
 
 demo: $(READY)  ## Build the FMUs, run and sweep the crane, write the reports
-	$(BIN)/shaper-fmu build
+	$(BIN)/shaper-fmu build MotionProfile InputShaper OverheadCrane --platform this
 	$(BIN)/shaper-fmu build ssp/overhead_crane
 	$(BIN)/shaper-fmu run ssp/overhead_crane.ssp --report results/overhead_crane_run.html
 	rm -f results/overhead_crane.sqlite*
@@ -30,8 +30,15 @@ demo: $(READY)  ## Build the FMUs, run and sweep the crane, write the reports
 test: $(READY)  ## Run the tests
 	$(BIN)/python -m pytest -n auto
 
-fmus: $(READY)  ## Build all FMUs into fmus/
+fmus: $(READY)  ## Build all FMUs, for all platforms: FMI 2.0 into fmus/, FMI 3.0 into fmus/fmi3/
 	$(BIN)/shaper-fmu build
+	$(BIN)/shaper-fmu build --fmi 3 --output fmus/fmi3
+
+dist: $(READY)  ## Build a wheel that carries the native FMUs of all components, into dist/
+	$(BIN)/python -m shaper_fmu.export.build
+	rm -rf dist
+	$(PIP) wheel --quiet --no-deps --wheel-dir dist .; status=$$?; rm -rf shaper_fmu/shipped; exit $$status
+	@ls dist
 
 bench: $(READY)  ## Measure against peers; writes bench/results.json
 	$(BIN)/python bench/run.py
@@ -46,4 +53,4 @@ format: $(READY)  ## Format the code
 	$(BIN)/ruff format .
 
 clean:  ## Remove what was built
-	rm -rf $(VENV) results fmus/*.fmu ssp/*.ssp
+	rm -rf $(VENV) results dist fmus/*.fmu fmus/fmi3 ssp/*.ssp

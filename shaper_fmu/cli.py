@@ -75,16 +75,13 @@ def check(files: Annotated[list[Path], typer.Argument(help="FMUs (.fmu) and SSP 
 
 
 def _problems(file: Path) -> list[str]:
-    from fmpy.validation import validate_fmu
-
-    from shaper_fmu.master.fmu import load_fmu
+    from shaper_fmu.master.fmu import fmu_problems
     from shaper_fmu.ssp.archive import load_ssp
 
     try:
         if file.suffix == ".ssp":
             return load_ssp(file).system.check()
-        load_fmu(file)
-        return validate_fmu(str(file))
+        return fmu_problems(file)
     except ModelError as error:
         return error.problems
     except ShaperFmuError as error:

@@ -13,7 +13,8 @@ from test_fmu_identity import PARAMETERS, STEP, STEPS, plain_run, stimulus
 
 from shaper_fmu.component import NO_EVENT, Component
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.registry import components
+from shaper_fmu.export.build import build_fmu, fmu_path
+from shaper_fmu.registry import components, find_component
 
 every_component = pytest.mark.parametrize("name", components())
 both_versions = pytest.mark.parametrize("fmi", [2, 3])
@@ -362,3 +363,13 @@ def test_log_categories_select_what_is_said(fmi):
         driver.step(1.0, -1.0)
     assert driver.messages == []
     driver.close()
+
+
+@both_versions
+def test_builds_are_the_same_to_the_byte_with_all_platforms(fmi, tmp_path, monkeypatch):
+    """In another cache: kernels and libraries are compiled anew."""
+    path = fmu_path("MassSpringDamper", fmi)
+    monkeypatch.setenv("SHAPER_FMU_CACHE", str(tmp_path / "cache"))
+    again = build_fmu(find_component("MassSpringDamper"), tmp_path, fmi=fmi)
+    assert again.read_bytes() == path.read_bytes()
+    assert path.stat().st_size < 1_000_000

@@ -124,3 +124,7 @@ def ship(folder: Path) -> None:
             write_file(folder / f"fmi{fmi}" / f"{component.__name__}.fmu", fmu_path(component, fmi).read_bytes())
     lines = [f"{name} {sources_digest(component)}" for name, component in components().items()]
     (folder / _MANIFEST).write_text("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    ship(SHIPPED)

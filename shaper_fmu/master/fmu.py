@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from fmpy import read_model_description
 from fmpy.model_description import CoSimulation, ModelDescription, ModelVariable, Unit
+from fmpy.validation import validate_fmu
 
 from shaper_fmu.archives import extract_archive, read_file
 from shaper_fmu.errors import ArchiveError, ModelError, nearest
@@ -37,9 +38,9 @@ class Fmu:
         weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
         extract_archive(content, name, self.folder)
         self.digest = hashlib.sha256(content).hexdigest()
-        self.description = _read_description(name, self.folder)
+        self.description = _coupled_description(name, self.folder)
         self.variables: dict[str, ModelVariable] = {v.name: v for v in self.description.modelVariables}
-        assert self.description.coSimulation is not None  # checked by _read_description
+        assert self.description.coSimulation is not None  # checked by _coupled_description
         self.co_simulation: CoSimulation = self.description.coSimulation
         self._units = {unit.name: unit for unit in self.description.unitDefinitions}
 
@@ -135,13 +136,25 @@ def fmu_from_bytes(name: str, content: bytes) -> Fmu:
     return Fmu(name, content)
 
 
+def fmu_problems(path: Path) -> list[str]:
+    """What is wrong with an FMU of any version of FMI. Raises ArchiveError if it cannot be read at all."""
+    with tempfile.TemporaryDirectory() as folder:
+        extract_archive(read_file(path), path.name, Path(folder))
+        _read_description(path.name, Path(folder))
+    return validate_fmu(str(path))
+
+
 def _read_description(name: str, folder: Path) -> ModelDescription:
     if not (folder / "modelDescription.xml").is_file():
         raise ArchiveError(f"{name}: no modelDescription.xml, so this is not an FMU")
     try:
-        description = read_model_description(str(folder))
+        return read_model_description(str(folder))
     except Exception as error:  # fmpy raises many kinds
         raise ArchiveError(f"{name}: modelDescription.xml is not valid: {error}") from error
+
+
+def _coupled_description(name: str, folder: Path) -> ModelDescription:
+    description = _read_description(name, folder)
     if not str(description.fmiVersion).startswith("2.0") or description.coSimulation is None:
         raise ModelError([f"{name}: an FMI {description.fmiVersion} FMU; only FMI 2.0 co-simulation FMUs can be coupled so far"])
     return description
