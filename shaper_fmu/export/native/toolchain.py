@@ -52,7 +52,7 @@ def platform_named(name: str) -> Platform:
         machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
         name = f"{machine}-{platform.system().lower()}"
     if name not in PLATFORMS:
-        raise BuildError(f"there is no platform {name!r}.{nearest(name, PLATFORMS)} Known are {', '.join(PLATFORMS)}")
+        raise BuildError(f"there is no platform {name!r}.{nearest(name, PLATFORMS)}")
     return PLATFORMS[name]
 
 
