@@ -64,7 +64,7 @@ class Driver:
         self.folder = unpacked(path)
         self.description = fmpy.read_model_description(str(self.folder))
         self.variables = {v.name: v for v in self.description.modelVariables}
-        self.fmi = int(self.description.fmiVersion[0])
+        self.fmi = int(str(self.description.fmiVersion)[0])
         kinds: Any = (FMU3Model if exchange else FMU3Slave) if self.fmi == 3 else (FMU2Model if exchange else FMU2Slave)
         kind = self.description.modelExchange if exchange else self.description.coSimulation
         self.slave: Any = kinds(

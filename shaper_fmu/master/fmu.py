@@ -2,34 +2,42 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 import hashlib
+import math
 import shutil
 import tempfile
 import weakref
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from fmpy import read_model_description
-from fmpy.model_description import CoSimulation, ModelDescription, ModelVariable, Unit
+from fmpy.model_description import CoSimulation, Dimension, ModelDescription, ModelVariable, Unit
 from fmpy.validation import validate_fmu
 
 from shaper_fmu.archives import extract_archive, read_file
 from shaper_fmu.errors import ArchiveError, ModelError, nearest
 
-_TYPES = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool}
+_TYPES: dict[str, type] = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool, "Float64": float, "Float32": float}
+_RANGES = {"Integer": (-(2**31), 2**31), "Enumeration": (-(2**31), 2**31)}
+for _bits in (8, 16, 32, 64):
+    _TYPES |= {f"Int{_bits}": int, f"UInt{_bits}": int}
+    _RANGES |= {f"Int{_bits}": (-(2 ** (_bits - 1)), 2 ** (_bits - 1)), f"UInt{_bits}": (0, 2**_bits)}
 _BOOLEANS = {"true": True, "false": False, "1": True, "0": False}
 
 
 class Fmu:
-    """An unpacked FMI 2.0 co-simulation FMU.
+    """An unpacked co-simulation FMU of FMI 2.0 or 3.0.
 
     Attributes:
         name: the file's name.
         folder: where it is unpacked, until the process ends.
         description: fmpy's model description.
-        variables: the variables by name.
+        version: of FMI, 2 or 3.
+        variables: the variables by name; an array of FMI 3.0 as its elements x[1], x[2], ... (x[1,1], x[1,2], ... in rows).
     """
 
     def __init__(self, name: str, content: bytes):
@@ -39,7 +47,15 @@ class Fmu:
         extract_archive(content, name, self.folder)
         self.digest = hashlib.sha256(content).hexdigest()
         self.description = _coupled_description(name, self.folder)
-        self.variables: dict[str, ModelVariable] = {v.name: v for v in self.description.modelVariables}
+        self.version = int(str(self.description.fmiVersion)[0])
+        self.variables: dict[str, ModelVariable] = {}
+        self._wholes: dict[int, list[str]] = {}  # value reference -> names of the elements
+        self._elements: dict[str, list[str]] = {}  # an array's name -> names of its elements
+        for variable in self.description.modelVariables:
+            elements = element_variables(variable)
+            self.variables.update({element.name: element for element in elements})
+            self._wholes[variable.valueReference] = [element.name for element in elements]
+            self._elements[str(variable.name)] = [element.name for element in elements]
         assert self.description.coSimulation is not None  # checked by _coupled_description
         self.co_simulation: CoSimulation = self.description.coSimulation
         self._units = {unit.name: unit for unit in self.description.unitDefinitions}
@@ -57,9 +73,20 @@ class Fmu:
     def inputs_of(self, output: str) -> list[str]:
         """Names of the inputs that the output depends on without delay; all inputs if the FMU does not tell."""
         for unknown in self.description.outputs:
-            if unknown.variable is not None and unknown.variable.name == output and unknown.dependencies is not None:
-                return [v.name for v in unknown.dependencies if v.causality == "input"]
+            if unknown.variable is not None and output in self._elements[str(unknown.variable.name)]:
+                if unknown.dependencies is None:
+                    break
+                known = [v for v in unknown.dependencies if v.causality == "input"]
+                return [element for v in known for element in self._elements[str(v.name)]]
         return [v.name for v in self.variables.values() if v.causality == "input"]
+
+    def whole_variables(self, names: Iterable[str]) -> dict[int, list[str]]:
+        """The value references of these variables, each with the names of all elements that are transferred with it."""
+        return {self.variables[name].valueReference: self.elements_with(name) for name in names}
+
+    def elements_with(self, name: str) -> list[str]:
+        """The variable itself in FMI 2.0; in FMI 3.0 all elements of its array."""
+        return self._wholes[self.variables[name].valueReference] if self.version == 3 else [name]
 
     def unit_of(self, name: str) -> str | None:
         """The unit of a variable, its own or its declared type's."""
@@ -99,6 +126,27 @@ class Fmu:
         return typed_value(variable, value, self.name)
 
 
+def element_variables(variable: ModelVariable) -> list[ModelVariable]:
+    """The variable itself, or a copy for each element of an array, with that element's start value."""
+    if not variable.dimensions:
+        return [variable]
+    shape = [_extent(dimension) for dimension in variable.dimensions]
+    starts = str(variable.start).split() if variable.start is not None else []
+    elements = []
+    for i, index in enumerate(np.ndindex(*shape)):
+        element = copy.copy(variable)
+        element.name = f"{variable.name}[{','.join(str(k + 1) for k in index)}]"
+        element.start = starts[i if len(starts) > 1 else 0] if starts else None
+        elements.append(element)
+    return elements
+
+
+def _extent(dimension: Dimension) -> int:
+    if dimension.start is not None:
+        return int(dimension.start)
+    return int(str(dimension.variable.start)) if dimension.variable is not None else 1
+
+
 def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int | bool:
     """`value`, which may be text, in the variable's type. Raises ModelError."""
     if variable.type == "Enumeration" and isinstance(value, str) and variable.declaredType is not None:
@@ -117,7 +165,8 @@ def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int 
             raise ValueError
         if kind is bool and int(value) not in (0, 1):
             raise ValueError
-        if kind is int and not -(2**31) <= int(value) < 2**31:
+        low, high = _RANGES.get(str(variable.type), (-math.inf, math.inf))
+        if kind is int and not low <= int(value) < high:
             raise ValueError
         return kind(value)
     except (ValueError, TypeError, KeyError, OverflowError):
@@ -155,6 +204,6 @@ def _read_description(name: str, folder: Path) -> ModelDescription:
 
 def _coupled_description(name: str, folder: Path) -> ModelDescription:
     description = _read_description(name, folder)
-    if not str(description.fmiVersion).startswith("2.0") or description.coSimulation is None:
-        raise ModelError([f"{name}: an FMI {description.fmiVersion} FMU; only FMI 2.0 co-simulation FMUs can be coupled so far"])
+    if str(description.fmiVersion)[:2] not in ("2.", "3.") or description.coSimulation is None:
+        raise ModelError([f"{name}: an FMI {description.fmiVersion} FMU; co-simulation FMUs of FMI 2.0 and 3.0 can be coupled"])
     return description

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
-from ctypes import byref, c_double, c_int, c_uint, c_void_p
+from ctypes import byref, c_void_p, cast
 from typing import Any
 
 import fmpy
@@ -16,11 +16,11 @@ from fmpy.fmi2 import (
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
 )
+from fmpy.fmi3 import FMU3Slave
 from fmpy.logging import addLoggerProxy
-from fmpy.model_description import ModelVariable
 
 from shaper_fmu.errors import ModelError, SimulationError
-from shaper_fmu.master.fmu import Fmu
+from shaper_fmu.master.fmu import Fmu, typed_value
 
 Moment = float | str | None
 """When something happens, for messages: a time [s], or a word such as "initialization"."""
@@ -56,72 +56,48 @@ def _make_callbacks() -> fmi2CallbackFunctions:
 _callbacks = _make_callbacks()
 
 
-class Transfer:
-    """Variables of one instance that are set or got together, in a few calls: one for each FMI type.
+class Instance:
+    """An instantiated FMU. Every failing call raises SimulationError with the instance's name and its last messages.
 
-    `places` tells where each variable's value stands in the lists that `get` fills; by default in their order.
+    `event_mode`: whether an FMU of FMI 3.0 that has event mode is used with it.
     """
 
-    def __init__(self, slave: FMU2Slave, variables: Sequence[ModelVariable], places: Sequence[int] | None = None):
-        self._slave = slave
-        self._groups = []
-        kinds = {
-            "Real": ("Real", c_double),
-            "Integer": ("Integer", c_int),
-            "Enumeration": ("Integer", c_int),
-            "Boolean": ("Boolean", c_int),
-        }
-        for fmi_type in ("Real", "Integer", "Boolean"):
-            chosen = [i for i, v in enumerate(variables) if kinds[str(v.type)][0] == fmi_type]
-            if chosen:
-                references = (c_uint * len(chosen))(*[variables[i].valueReference for i in chosen])
-                buffer = (kinds[fmi_type][1] * len(chosen))()
-                calls = getattr(slave, f"fmi2Get{fmi_type}"), getattr(slave, f"fmi2Set{fmi_type}")
-                targets = chosen if places is None else [places[i] for i in chosen]
-                self._groups.append((*calls, references, buffer, chosen, targets))
-
-    def __bool__(self) -> bool:
-        return bool(self._groups)
-
-    def get(self, values: list[Any]) -> None:
-        """Put the variables' values into their places in `values`."""
-        for get, _, references, buffer, _, targets in self._groups:
-            get(self._slave.component, references, len(targets), buffer)
-            for target, value in zip(targets, buffer, strict=True):
-                values[target] = value
-
-    def set(self, values: Sequence[Any]) -> None:
-        """Set the variables to `values`, in the order in which the variables were given."""
-        for _, set_, references, buffer, chosen, _ in self._groups:
-            for i, place in enumerate(chosen):
-                buffer[i] = values[place]
-            set_(self._slave.component, references, len(chosen), buffer)
-
-
-class Instance:
-    """An instantiated FMU. Every failing call raises SimulationError with the instance's name and its last messages."""
-
-    def __init__(self, name: str, fmu: Fmu):
+    def __init__(self, name: str, fmu: Fmu, event_mode: bool = True):
         self.name, self.fmu = name, fmu
         self.log: deque[str] = deque(maxlen=20)
         self.usable = False
-        environment = max(_logs, default=0) + 1
-        _logs[environment] = self.log
-        self._environment = environment
-        self._callbacks = fmi2CallbackFunctions.from_buffer_copy(_callbacks)
-        self._callbacks.componentEnvironment = environment
+        self.event_mode = bool(event_mode and fmu.version == 3 and getattr(fmu.co_simulation, "hasEventMode", False))
+        self._arrays: dict[int, list[Any]] = {}  # values of FMI 3.0 arrays, which can be set as a whole only
+        self._environment = max(_logs, default=0) + 1
+        _logs[self._environment] = self.log
         try:
-            self.slave = FMU2Slave(
-                guid=fmu.description.guid,
-                modelIdentifier=fmu.co_simulation.modelIdentifier,
-                unzipDirectory=str(fmu.folder),
-                instanceName=name,
-            )
-            self.slave.instantiate(callbacks=self._callbacks, loggingOn=True)
+            self.slave: Any = self._instantiated()
         except Exception as error:  # fmpy raises bare Exceptions
-            del _logs[environment]
+            del _logs[self._environment]
             raise SimulationError(f"{name}: {fmu.name} cannot be instantiated: {self._words(error)}") from None
         self.usable = True
+
+    def _instantiated(self) -> FMU2Slave | FMU3Slave:
+        description = self.fmu.description
+        common = {
+            "modelIdentifier": self.fmu.co_simulation.modelIdentifier,
+            "unzipDirectory": str(self.fmu.folder),
+            "instanceName": self.name,
+        }
+        if self.fmu.version == 3:
+            slave = FMU3Slave(guid=description.instantiationToken, **common)
+            self._logger = lambda environment, status, category, message: self.log.append(
+                message.decode("utf-8", "replace").strip()
+            )
+            slave.instantiate(
+                loggingOn=True, eventModeUsed=self.event_mode, earlyReturnAllowed=self.event_mode, logMessage=self._logger
+            )
+            return slave
+        self._callbacks = fmi2CallbackFunctions.from_buffer_copy(_callbacks)
+        self._callbacks.componentEnvironment = self._environment
+        slave = FMU2Slave(guid=description.guid, **common)
+        slave.instantiate(callbacks=self._callbacks, loggingOn=True)
+        return slave
 
     def _words(self, error: Exception) -> str:
         return "; ".join(line for line in [str(error), *self.log] if line)
@@ -131,47 +107,90 @@ class Instance:
         try:
             getattr(self.slave, function)(*arguments)
         except FMICallException as error:
-            raise self.failure(error, at) from None
+            raise self.failure(error.function, error.status, at) from None
 
-    def step(self, t: float, h: float) -> None:
-        """Step from t to t + h [s]."""
+    def enter_initialization(self, start_time: float, stop_time: float | None, values: Mapping[str, Any]) -> None:
+        """Tell the experiment, set start values, and enter initialization."""
+        if self.fmu.version == 2:
+            self.call("setupExperiment", None, start_time, stop_time)
+        self.set_values(values)
+        if self.fmu.version == 2:
+            self.call("enterInitializationMode")
+        else:
+            self.call("enterInitializationMode", None, start_time, stop_time)
+
+    def reset(self) -> None:
+        """Bring the instance back to the state after instantiation."""
+        self.call("reset")
+        self._arrays.clear()
+        self.log.clear()
+
+    def address(self, function: str) -> int:
+        """Where a function of the FMU's library is in memory; 0 if there is none."""
         try:
-            self.slave.fmi2DoStep(self.slave.component, t, h, 1)
-        except FMICallException as error:
-            raise self.failure(error, t) from None
+            return cast(self.slave.dll[function], c_void_p).value or 0
+        except AttributeError:
+            return 0
 
-    def failure(self, error: FMICallException, at: Moment = None) -> SimulationError:
+    def entry_points(self) -> tuple[int, ...]:
+        """Handle, version, whether it has event mode, and addresses: see layout.INSTANCE."""
+        names = ["fmi3DoStep", "fmi3EnterEventMode", "fmi3EnterStepMode", "fmi3UpdateDiscreteStates"]
+        if self.fmu.version == 2:
+            names = ["fmi2DoStep", "", "", ""]
+        return (self._handle(), self.fmu.version, int(self.event_mode), *[self.address(name) if name else 0 for name in names])
+
+    def _handle(self) -> int:
+        component = self.slave.component
+        return int(component.value if hasattr(component, "value") else component)
+
+    def failure(self, function: str, status: int, at: Moment = None) -> SimulationError:
         """The error to raise for a failed call; a fatal one leaves the instance unusable."""
-        self.usable = self.usable and error.status < 4
+        self.usable = self.usable and status < 4
         said = [text.removeprefix("Fatal py exception encountered: ").split("PyObject_CallMethod\n")[-1] for text in self.log]
         words = f": {'; '.join(said[-3:])}" if said else ""
-        return SimulationError(
-            f"{self.name}{moment(at)}: {error.function} failed{words or f' with status {error.status} and no message'}"
-        )
+        return SimulationError(f"{self.name}{moment(at)}: {function} failed{words or f' with status {status} and no message'}")
 
-    def transfer(self, names: Sequence[str], places: Sequence[int] | None = None) -> Transfer:
-        """A transfer of these variables. Raises ModelError for a variable that is no number (a string)."""
-        variables = [self.fmu.variables[name] for name in names]
-        for variable in variables:
-            if variable.type == "String":
-                raise ModelError([f"{self.name}.{variable.name} is a string; only numbers and booleans can be transferred"])
-        return Transfer(self.slave, variables, places)
+    def start_value(self, name: str) -> float | int | bool:
+        """The value that an element has been set to, or its start value."""
+        variable = self.fmu.variables[name]
+        elements = self.fmu.elements_with(name)
+        if variable.valueReference in self._arrays:
+            return self._arrays[variable.valueReference][elements.index(name)]
+        return typed_value(variable, variable.start, self.name) if variable.start is not None else 0
 
     def set_values(self, values: Mapping[str, float | int | bool]) -> None:
-        """Set variables by name."""
-        try:
-            self.transfer(list(values)).set(list(values.values()))
-        except FMICallException as error:
-            raise self.failure(error) from None
+        """Set variables by name. Of an FMI 3.0 array, elements that are not given keep what they were set to before."""
+        groups: dict[str, tuple[list[int], list[Any]]] = {}
+        for reference, elements in self.fmu.whole_variables(values).items():
+            whole = [values[name] if name in values else self.start_value(name) for name in elements]
+            if self.fmu.version == 3:
+                self._arrays[reference] = whole
+            function = f"set{self._type_of(elements[0])}"
+            references, flat = groups.setdefault(function, ([], []))
+            references.append(reference)
+            flat += whole
+        for function, (references, flat) in groups.items():
+            self.call(function, references, flat)
 
     def get_values(self, names: Sequence[str]) -> list[Any]:
         """Values of variables by name."""
-        values: list[Any] = [0.0] * len(names)
-        try:
-            self.transfer(names).get(values)
-        except FMICallException as error:
-            raise self.failure(error) from None
-        return values
+        found: dict[str, Any] = {}
+        for reference, elements in self.fmu.whole_variables(names).items():
+            get = getattr(self.slave, f"get{self._type_of(elements[0])}")
+            try:
+                values = get([reference], len(elements)) if self.fmu.version == 3 else get([reference])
+            except FMICallException as error:
+                raise self.failure(error.function, error.status) from None
+            found.update(zip(elements, values, strict=True))
+        return [found[name] for name in names]
+
+    def _type_of(self, name: str) -> str:
+        kind = str(self.fmu.variables[name].type)
+        if kind in ("String", "Binary", "Clock"):
+            raise ModelError([f"{self.name}.{name} is of type {kind}; only numbers and booleans can be transferred"])
+        if kind == "Enumeration":
+            return "Int64" if self.fmu.version == 3 else "Integer"
+        return kind
 
     def close(self) -> None:
         """Terminate and free the instance; after a fatal status FMI allows neither, so it is left alone."""

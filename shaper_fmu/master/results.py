@@ -23,12 +23,14 @@ class Results:
         values: "instance.variable" -> values at those points, each of shape (n,).
         units: "instance.variable" -> unit, "" if it has none.
         display_units: "instance.variable" -> the unit for people, and its factor: shown = value * factor.
+        notes: how events were treated, where not exactly.
     """
 
     time: np.ndarray
     values: Mapping[str, np.ndarray]
     units: Mapping[str, str] = field(default_factory=dict)
     display_units: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:
         """The values of "instance.variable"; "time" for the time. Raises ModelError with the nearest name."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numbers
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Literal, cast
 
 import numpy as np
@@ -17,6 +18,31 @@ Signal = Callable[[float], float]
 Interpolation = Literal["hold", "linear"]
 
 
+@dataclass(frozen=True)
+class Table:
+    """Values over time, shapes (n,): held from their time on, or joined by straight lines; a repeated time is a jump.
+
+    Before the first and after the last row it keeps that row's value.
+    """
+
+    times: np.ndarray
+    values: np.ndarray
+    linear: bool = False
+
+    def __call__(self, t: float) -> float:
+        # a row that is meant to fall on a communication point counts as reached in spite of rounding
+        after = int(np.searchsorted(self.times, t + time_rounding(t, 0.0), side="right"))
+        if after == 0 or after == len(self.times) or not self.linear:
+            return float(self.values[max(0, after - 1)])
+        part = min(1.0, max(0.0, (t - self.times[after - 1]) / (self.times[after] - self.times[after - 1])))
+        return float(self.values[after - 1] + part * (self.values[after] - self.values[after - 1]))
+
+    def jumps(self) -> np.ndarray:
+        """The times at which the value jumps."""
+        changes = self.values[1:] != self.values[:-1]
+        return self.times[1:][changes & (self.times[1:] == self.times[:-1]) if self.linear else changes]
+
+
 def make_signal(source: Any, interpolation: Interpolation, target: str) -> Signal:
     """A function of time from a function, a number, or a table: shape (n, 2), or a pair of sequences (times, values).
 
@@ -24,27 +50,27 @@ def make_signal(source: Any, interpolation: Interpolation, target: str) -> Signa
     to jump. Before the first and after the last row the table keeps that row's value. Raises ModelError.
     """
     if isinstance(source, numbers.Real | np.bool_) or (isinstance(source, np.ndarray) and source.ndim == 0):
-        return lambda t: source  # pyright: ignore[reportReturnType]
+        return Table(np.zeros(1), np.array([float(source)]))  # pyright: ignore[reportArgumentType]
     if callable(source):
         return cast(Signal, source)
     if interpolation not in ("hold", "linear"):
         raise ModelError([f"{target}: interpolation {interpolation!r} is neither 'hold' nor 'linear'"])
     times, values = _columns(source, target)
-    # a row that is meant to fall on a communication point counts as reached in spite of rounding
-    if interpolation == "hold":
-        return lambda t: float(values[max(0, np.searchsorted(times, t + time_rounding(t, 0.0), side="right") - 1)])
-    return lambda t: _linear(times, values, t)
+    return Table(times, values, interpolation == "linear")
 
 
 def typed_signal(variable: ModelVariable, signal: Signal, target: str) -> Signal:
     """The signal with each value in the variable's type; a value that has none, or a failing function, is a SimulationError."""
+
+    if isinstance(signal, Table) and variable.type in ("Real", "Float64", "Float32"):
+        return signal  # the compiled loop reads it
 
     def typed(t: float) -> float:
         try:
             value = signal(t)
         except Exception as error:
             raise SimulationError(f"{target} at t = {t:.15g} s: its function failed: {type(error).__name__}: {error}") from error
-        if variable.type == "Real" and isinstance(value, float):
+        if variable.type in ("Real", "Float64", "Float32") and isinstance(value, float):
             return value
         try:
             return typed_value(variable, value, f"{target} at t = {t:.15g} s")
@@ -68,11 +94,3 @@ def _columns(source: Any, target: str) -> tuple[np.ndarray, np.ndarray]:
     if (np.diff(columns[0]) < 0).any():
         raise ModelError([f"{target}: the table's times decrease at row {int(np.argmax(np.diff(columns[0]) < 0)) + 2}"])
     return columns[0], columns[1]
-
-
-def _linear(times: np.ndarray, values: np.ndarray, t: float) -> float:
-    after = int(np.searchsorted(times, t + time_rounding(t, 0.0), side="right"))
-    if after == 0 or after == len(times):
-        return float(values[max(0, after - 1)])
-    part = min(1.0, max(0.0, (t - times[after - 1]) / (times[after] - times[after - 1])))
-    return float(values[after - 1] + part * (values[after] - values[after - 1]))

@@ -1,24 +1,32 @@
-"""Running a system: live instances over fixed communication steps.
+"""Running a system: live instances, stepped by the compiled loop.
 
 A run initializes the instances, then steps them with one of the algorithms of `master/algorithms.py`, and records the
-chosen variables at every communication point, from the right where they jump.
+chosen variables. With exact events (the default) steps end where an output announces an event (an output called
+`next_event_time`, FMI 3.0's event mode) or where an input table jumps; else on the grid alone.
 """
 
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from shaper_fmu.errors import ModelError, nearest
-from shaper_fmu.master.algorithms import ALGORITHMS, Algorithm, Loop
+from shaper_fmu.errors import ModelError, SimulationError, nearest
+from shaper_fmu.master import compiled
+from shaper_fmu.master import layout as of
+from shaper_fmu.master.algorithms import ALGORITHMS, Algorithm
+from shaper_fmu.master.events import Treatment, treat_events
+from shaper_fmu.master.faults import fault_error
 from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.system import System
 
 _MOST_STEPS = 1e8
+_CHUNK_SECONDS = 0.1
 Progress = Callable[[float], None]
 """Called now and then with the simulated time [s]."""
 
@@ -38,10 +46,10 @@ class Simulation:
         self.instances: dict[str, Instance] = {}
         self._recorded = system.ports(record)
         self._fresh = True
+        self._programs: dict[tuple[str, bool], Program] = {}
         try:
             for name, fmu in system.fmus.items():
-                self.instances[name] = Instance(name, fmu)
-            self._loop = Loop(system, self.instances, self._recorded)
+                self.instances[name] = Instance(name, fmu, name not in system.without_event_mode)
         except BaseException:
             self.close()
             raise
@@ -60,8 +68,7 @@ class Simulation:
     def reset(self) -> None:
         """Bring all instances back to the state after instantiation."""
         for instance in self.instances.values():
-            instance.call("reset")
-            instance.log.clear()
+            instance.reset()
         self._fresh = True
 
     def run(
@@ -72,13 +79,16 @@ class Simulation:
         start_time: float = 0.0,
         algorithm: Algorithm = "jacobi",
         start_values: Mapping[str, Any] | None = None,
+        exact: bool | None = None,
+        everywhere: bool = False,
         progress: Progress | None = None,
     ) -> Results:
         """Run from start_time to stop_time with communication steps of `step` [s]; the last one may be shorter.
 
-        `algorithm` is one of `ALGORITHMS`; `start_values` ("instance.variable") come on top of the system's. Raises
-        SimulationError with the instance's name, the time and its last messages when a call fails, and ModelError for
-        wrong names.
+        `algorithm` is one of `ALGORITHMS`; `start_values` ("instance.variable") come on top of the system's. `exact`: steps
+        end at events, too; by default where the system allows it (see `treat_events`). `everywhere`: rows are recorded at
+        events, too, on both sides of a jump; else at the communication points alone. Raises SimulationError with the
+        instance's name, the time and its last messages when a call fails, and ModelError for wrong names.
         """
         if algorithm not in ALGORITHMS:
             raise ModelError([f"there is no algorithm {algorithm!r}.{nearest(algorithm, ALGORITHMS)}"])
@@ -93,21 +103,70 @@ class Simulation:
             )
         steps = math.ceil((stop_time - start_time) / step * (1.0 - 1e-12) - 1e-9)
         self._check_last_step(start_time + steps * step, stop_time, step)
-        record = np.empty((steps + 1, len(self._recorded)))
-        self._initialize(start_time, stop_time, start_values or {})
-        advance = ALGORITHMS[algorithm]
-        record[0] = self._loop.recorded()
-        for i in range(steps):
-            t = start_time + i * step
-            advance(self._loop, t, step if i < steps - 1 else min(step, stop_time - t))
-            record[i + 1] = self._loop.recorded()
-            if progress is not None and i % 256 == 0:
-                progress(t)
+        treatment = treat_events(self.system, exact)
+        program = self._program(algorithm, treatment)
+        control = np.zeros(1, of.CONTROL).view(np.recarray)[0]
+        control.start = control.t = start_time
+        control.stop, control.step, control.steps = stop_time, step, steps
+        control.exact = treatment.exact
+        control.everywhere, control.exchange = everywhere, algorithm == "jacobi"
+        self._initialize(program, control, start_values or {})
+        times, record = self._stepped(program, control, progress)
+        if not everywhere:
+            times = start_time + step * np.arange(steps + 1)
+            times[-1] = stop_time
+        return self._results(times, record, treatment.notes)
+
+    def _program(self, algorithm: str, treatment: Treatment) -> Program:
+        key = (algorithm, treatment.exact)
+        if key not in self._programs:
+            connections = treatment.connections
+            self._programs[key] = Program(self.system, self.instances, self._recorded, algorithm, connections)
+        return self._programs[key]
+
+    def _stepped(self, program: Program, control: Any, progress: Progress | None) -> tuple[np.ndarray, np.ndarray]:
+        """Step to the end; the times and the record, which grows where events take more room."""
+        rows = int(control.steps) + 2 + (64 if control.everywhere else 0)
+        times, record = np.empty(rows), np.empty((rows, len(self._recorded)))
+        control.at_grid = 1
+        compiled.first_row(program.addresses, control, times, record)
+        most = 1 if program.signals else 256
+        while True:
+            begin = time.perf_counter()
+            if program.signals and control.done < control.steps and control.rows + 2 <= rows:
+                code = self._step_with_signals(program, control, times, record)
+            else:
+                code = compiled.run(program.addresses, control, times, record, most)
+            if code == compiled.FAULT:
+                raise self._fault(program, control)
+            if code == compiled.FULL:
+                rows *= 2
+                times, record = (np.concatenate([kept, np.empty_like(kept)]) for kept in (times, record))
+            elif code == compiled.FINISHED:
+                break
+            elif not program.signals:  # so long that Python costs nothing, so short that people see progress
+                most = max(16, min(1 << 24, int(most * _CHUNK_SECONDS / max(1e-6, time.perf_counter() - begin))))
+            if progress is not None:
+                progress(float(control.t))
         if progress is not None:
-            progress(stop_time)
-        time = start_time + step * np.arange(steps + 1)
-        time[-1] = stop_time
-        return self._results(time, record)
+            progress(float(control.stop))
+        return times[: control.rows], record[: control.rows]
+
+    def _step_with_signals(self, program: Program, control: Any, times: np.ndarray, record: np.ndarray) -> int:
+        """A step of a system with inputs that Python functions give."""
+        compiled.plan_step(program.addresses, control)
+        self._feel(program, float(control.target if control.exchange else control.t))
+        if not compiled.take_planned_step(program.addresses, control, times, record):
+            return compiled.FAULT
+        return compiled.FINISHED if control.done >= control.steps else compiled.GOING_ON
+
+    @staticmethod
+    def _feel(program: Program, t: float) -> None:
+        for place, signal in program.signals:
+            program.layout.bus[place] = signal(t)
+
+    def _fault(self, program: Program, control: Any, at: str | None = None) -> SimulationError:
+        return fault_error(program, self.instances, control, at)
 
     def _check_last_step(self, grid_end: float, stop_time: float, step: float) -> None:
         if grid_end > stop_time + 1e-9 * step:
@@ -115,24 +174,28 @@ class Simulation:
                 if not fmu.co_simulation.canHandleVariableCommunicationStepSize:
                     raise ModelError([f"{name} takes no variable steps, so stop_time must be a multiple of the step {step} s"])
 
-    def _initialize(self, start_time: float, stop_time: float, start_values: Mapping[str, Any]) -> None:
+    def _initialize(self, program: Program, control: Any, start_values: Mapping[str, Any]) -> None:
         extra: dict[str, dict[str, Any]] = {name: {} for name in self.instances}
         for name, value in start_values.items():
             self.system.check_settable(name)
             instance, variable = self.system.split(name)
             extra[instance].update(self.system.fmus[instance].start_values({variable: value}))
         for name, instance in self.instances.items():
-            instance.call("setupExperiment", None, start_time, stop_time)
-            instance.set_values({**self.system.start_values[name], **extra[name]})
-            instance.call("enterInitializationMode")
-        self._loop.read("initialization")
-        self._loop.exchange(start_time, "initialization")
+            values = {**self.system.start_values[name], **extra[name]}
+            instance.enter_initialization(float(control.start), float(control.stop), values)
+        program.reset()
+        t = float(control.start)
+        self._feel(program, t)
+        if not compiled.initialize(program.addresses, control, t):
+            raise self._fault(program, control, "initialization")
         for instance in self.instances.values():
             instance.call("exitInitializationMode", at="initialization")
-        self._loop.read("initialization")
+        in_event_mode = any(instance.event_mode for instance in self.instances.values())
+        if not compiled.begin(program.addresses, control, t, in_event_mode):
+            raise self._fault(program, control, "initialization")
 
-    def _results(self, time: np.ndarray, record: np.ndarray) -> Results:
+    def _results(self, time: np.ndarray, record: np.ndarray, notes: tuple[str, ...]) -> Results:
         names = [".".join(port) for port in self._recorded]
         units = {name: self.system.unit(port) for name, port in zip(names, self._recorded, strict=True)}
         displays = {name: self.system.display_unit(port) for name, port in zip(names, self._recorded, strict=True)}
-        return Results(time, dict(zip(names, record.T.copy(), strict=True)), units, displays)
+        return Results(time, dict(zip(names, record.T.copy(), strict=True)), units, displays, notes)

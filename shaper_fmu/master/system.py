@@ -37,6 +37,17 @@ class System:
         self.start_values: dict[str, dict[str, float | int | bool]] = {}
         self.connections: dict[Port, Port] = {}  # input -> output
         self.signals: dict[Port, Signal] = {}
+        self.event_outputs: list[Port] = []
+        self.without_event_mode: set[str] = set()
+
+    def announce(self, output: str) -> None:
+        """Tell that "instance.output" is the time [s] of the instance's next event; outputs called next_event_time are known."""
+        self.event_outputs.append(self._port(output, "output"))
+
+    def use_event_mode(self, name: str, use: bool) -> None:
+        """Whether an FMI 3.0 instance is used with event mode, if it has one (default: yes). Some FMUs misbehave in it."""
+        self.split(f"{name}.")
+        (self.without_event_mode.discard if use else self.without_event_mode.add)(name)
 
     def add(self, name: str, fmu: Fmu | Path | str, start: Mapping[str, Any] | None = None, /, **values: Any) -> None:
         """Add an instance of an FMU, given by its path or loaded, with start values of parameters and inputs.

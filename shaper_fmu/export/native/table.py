@@ -97,7 +97,7 @@ def _variable(variable: Variable, index: dict[str, int], offsets: dict[str, int]
         str(variable.size or 0), str(offsets[variable.name]), _double(variable.starts[0]),
         f"starts_{variable.name}" if len(set(variable.starts)) > 1 else "0", *bounds,
         _double(variable.min or 0.0), _double(variable.max or 0.0),
-        *([str(len(variable.kind)), f"items_{variable.name}"] if is_enum else ["0", "0"]),
+        *([str(len(list(variable.kind))), f"items_{variable.name}"] if is_enum else ["0", "0"]),
         str(index[variable.derivative] if variable.derivative else -1),
     ]  # fmt: skip
     return "{" + ", ".join(fields) + "}"

@@ -1,0 +1,111 @@
+"""What the compiled loop works on: a system as arrays of numbers - addresses, references, places on the bus, times.
+
+The bus is one array of doubles: the value of every output that is connected or recorded, and of every signal from outside.
+A transfer moves values between the bus and one instance, by one call of one FMI function.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+INSTANCE = np.dtype(
+    [
+        ("handle", "u8"),
+        ("version", "i4"),  # of FMI
+        ("event_mode", "i4"),
+        ("do_step", "u8"),
+        ("enter_event_mode", "u8"),
+        ("enter_step_mode", "u8"),
+        ("update", "u8"),
+        ("answers", "u8"),  # address of 64 bytes for the answers of calls
+        ("next_event", "f8"),  # told by the last update of discrete states
+    ],
+    align=True,
+)
+
+TRANSFER = np.dtype(
+    [
+        ("function", "u8"),
+        ("instance", "i4"),
+        ("kind", "i4"),
+        ("references", "u8"),  # their address
+        ("reference_count", "i4"),
+        ("elements", "i4"),  # first of them
+        ("element_count", "i4"),
+        ("values", "u8"),  # their address
+    ],
+    align=True,
+)
+
+TABLE = np.dtype(
+    [("place", "i4"), ("linear", "i4"), ("first", "i4"), ("count", "i4"), ("cursor", "i4")],
+    align=True,
+)
+
+CONTROL = np.dtype(
+    [
+        ("start", "f8"),
+        ("stop", "f8"),
+        ("step", "f8"),
+        ("steps", "i8"),  # on the grid
+        ("done", "i8"),  # of them
+        ("t", "f8"),
+        ("target", "f8"),
+        ("exact", "i4"),  # whether steps end at events
+        ("at_grid", "i4"),  # whether the target is a point of the grid
+        ("at_event", "i4"),
+        ("everywhere", "i4"),  # whether rows are recorded at events, too, on both sides
+        ("exchange", "i4"),  # whether values are exchanged after each step (jacobi)
+        ("jump", "i4"),  # the next one of the tables
+        ("rows", "i8"),  # recorded
+        ("events", "i8"),
+        ("warnings", "i8"),
+        ("fault", "i4"),
+        ("fault_status", "i4"),
+        ("fault_where", "i4"),  # the instance, or the transfer
+        ("fault_element", "i4"),
+        ("fault_time", "f8"),
+    ],
+    align=True,
+)
+
+# Types of values in memory.
+F8, F4, I1, U1, I2, U2, I4, U4, I8, U8, BOOLEAN2, BOOLEAN3 = range(12)
+SIZES = {F8: 8, F4: 4, I1: 1, U1: 1, I2: 2, U2: 2, I4: 4, U4: 4, I8: 8, U8: 8, BOOLEAN2: 4, BOOLEAN3: 1}
+
+# Operations of a program: pairs of a code and what it works on.
+SET, GET, STEP, TABLES_BEFORE, TABLES_NOW = range(5)
+
+# Faults.
+NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE = range(7)
+
+NO_EVENT = 1e300
+
+
+class Layout(NamedTuple):
+    """A system, ready for the loop. Shapes: (n,), but for programs, (n, 2), and the record, (rows, recorded)."""
+
+    instances: np.ndarray
+    transfers: np.ndarray
+    references: np.ndarray
+    places: np.ndarray
+    gains: np.ndarray  # of elements that are set: value = gain * bus + shift
+    shifts: np.ndarray
+    memory: np.ndarray  # addresses in the tables above point into it
+    bus: np.ndarray
+    tables: np.ndarray
+    table_times: np.ndarray
+    table_values: np.ndarray
+    jumps: np.ndarray  # times at which tables jump
+    event_places: np.ndarray  # of outputs that announce events
+    recorded: np.ndarray
+    step_program: np.ndarray
+    exchange_program: np.ndarray
+    read_program: np.ndarray
+
+
+def addresses_of(layout: Layout) -> np.ndarray:
+    """Address and length of each array, shape (n, 2), in the order of the fields: what the compiled loop is given."""
+    return np.array([(array.ctypes.data, len(array)) for array in layout], np.uintp)
