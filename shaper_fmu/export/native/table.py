@@ -89,15 +89,15 @@ def _item_tables(variables: list[Variable]) -> list[str]:
 
 
 def _variable(variable: Variable, index: dict[str, int], offsets: dict[str, int]) -> str:
-    is_enum = issubclass(variable.kind, enum.IntEnum)
-    kind = "ENUMERATION" if is_enum else {float: "REAL", int: "INTEGER", bool: "BOOLEAN"}[variable.kind]
+    items = list(variable.kind) if issubclass(variable.kind, enum.IntEnum) else []
+    kind = "ENUMERATION" if items else {float: "REAL", int: "INTEGER", bool: "BOOLEAN"}[variable.kind]
     bounds = [_bound(variable, side, value) for side, value in (("min", variable.min), ("max", variable.max))]
     fields = [
         _text(variable.name), _text(variable.unit), kind, _CAUSALITIES[variable.causality], str(int(variable.tunable)),
         str(variable.size or 0), str(offsets[variable.name]), _double(variable.starts[0]),
         f"starts_{variable.name}" if len(set(variable.starts)) > 1 else "0", *bounds,
         _double(variable.min or 0.0), _double(variable.max or 0.0),
-        *([str(len(list(variable.kind))), f"items_{variable.name}"] if is_enum else ["0", "0"]),
+        *([str(len(items)), f"items_{variable.name}"] if items else ["0", "0"]),
         str(index[variable.derivative] if variable.derivative else -1),
     ]  # fmt: skip
     return "{" + ", ".join(fields) + "}"
