@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from shaper_fmu.master.results import Results
 
 
 class ShaperFmuError(Exception):
@@ -31,7 +35,13 @@ class ModelError(ShaperFmuError):
 
 
 class SimulationError(ShaperFmuError):
-    """A run stopped; the text names the FMU, the time and what the FMU said."""
+    """A run stopped; the text names the FMU, the time and what the FMU said.
+
+    Attributes:
+        results: what was recorded until then; None if the initialization failed.
+    """
+
+    results: Results | None = None
 
 
 class StudyError(ShaperFmuError):

@@ -49,13 +49,13 @@ class Fmu:
         self.description = _coupled_description(name, self.folder)
         self.version = int(str(self.description.fmiVersion)[0])
         self.variables: dict[str, ModelVariable] = {}
-        self._wholes: dict[int, list[str]] = {}  # value reference -> names of the elements
+        self._wholes: dict[str, list[str]] = {}  # an element's name -> names of all elements of its array
         self._elements: dict[str, list[str]] = {}  # an array's name -> names of its elements
         for variable in self.description.modelVariables:
             elements = element_variables(variable)
             self.variables.update({element.name: element for element in elements})
-            self._wholes[variable.valueReference] = [element.name for element in elements]
             self._elements[str(variable.name)] = [element.name for element in elements]
+            self._wholes.update({element.name: self._elements[str(variable.name)] for element in elements})
         assert self.description.coSimulation is not None  # checked by _coupled_description
         self.co_simulation: CoSimulation = self.description.coSimulation
         self._units = {unit.name: unit for unit in self.description.unitDefinitions}
@@ -80,13 +80,21 @@ class Fmu:
                 return [element for v in known for element in self._elements[str(v.name)]]
         return [v.name for v in self.variables.values() if v.causality == "input"]
 
-    def whole_variables(self, names: Iterable[str]) -> dict[int, list[str]]:
-        """The value references of these variables, each with the names of all elements that are transferred with it."""
-        return {self.variables[name].valueReference: self.elements_with(name) for name in names}
+    def whole_variables(self, names: Iterable[str]) -> list[tuple[int, list[str]]]:
+        """The value references of these variables, each with the names of all elements that are transferred with it.
+
+        Aliases, which share a value reference, have an item each.
+        """
+        wholes = {(self.variables[name].valueReference, tuple(self.elements_with(name))): None for name in names}
+        return [(reference, list(elements)) for reference, elements in wholes]
+
+    def elements_of(self, name: str) -> list[str]:
+        """The elements of the FMI 3.0 array of this name; of any other name, the name itself."""
+        return self._elements.get(name, [name])
 
     def elements_with(self, name: str) -> list[str]:
         """The variable itself in FMI 2.0; in FMI 3.0 all elements of its array."""
-        return self._wholes[self.variables[name].valueReference] if self.version == 3 else [name]
+        return self._wholes[name] if self.version == 3 else [name]
 
     def unit_of(self, name: str) -> str | None:
         """The unit of a variable, its own or its declared type's."""
@@ -145,6 +153,14 @@ def _extent(dimension: Dimension) -> int:
     if dimension.start is not None:
         return int(dimension.start)
     return int(str(dimension.variable.start)) if dimension.variable is not None else 1
+
+
+def kind_of(variable: ModelVariable) -> str:
+    """What a variable's values are: real, integer, boolean, enumeration, or its type in small letters."""
+    if variable.type in ("Enumeration", "Boolean"):
+        return str(variable.type).lower()
+    kind = _TYPES.get(str(variable.type))
+    return "real" if kind is float else "integer" if kind is int else str(variable.type).lower()
 
 
 def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int | bool:

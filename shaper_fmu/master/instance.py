@@ -161,7 +161,7 @@ class Instance:
     def set_values(self, values: Mapping[str, float | int | bool]) -> None:
         """Set variables by name. Of an FMI 3.0 array, elements that are not given keep what they were set to before."""
         groups: dict[str, tuple[list[int], list[Any]]] = {}
-        for reference, elements in self.fmu.whole_variables(values).items():
+        for reference, elements in self.fmu.whole_variables(values):
             whole = [values[name] if name in values else self.start_value(name) for name in elements]
             if self.fmu.version == 3:
                 self._arrays[reference] = whole
@@ -175,7 +175,7 @@ class Instance:
     def get_values(self, names: Sequence[str]) -> list[Any]:
         """Values of variables by name."""
         found: dict[str, Any] = {}
-        for reference, elements in self.fmu.whole_variables(names).items():
+        for reference, elements in self.fmu.whole_variables(names):
             get = getattr(self.slave, f"get{self._type_of(elements[0])}")
             try:
                 values = get([reference], len(elements)) if self.fmu.version == 3 else get([reference])

@@ -38,10 +38,12 @@ class _Writer:
 
     instances: Mapping[str, Instance]
     numbers: dict[str, int]
+    scaled: Mapping[Port, tuple[float, float]]
     transfers: list[tuple[Any, ...]] = field(default_factory=list)
     labels: list[tuple[str, str, list[str]]] = field(default_factory=list)  # instance, function and elements of each transfer
     references: list[int] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
+    scalings: list[tuple[float, float]] = field(default_factory=list)  # of the elements, as they are set
     size: int = 0
 
     def transfer(self, verb: str, name: str, variables: Sequence[str], place: Callable[[str], int]) -> list[Operation]:
@@ -58,16 +60,17 @@ class _Writer:
 
     def _group(self, verb: str, name: str, function: str, kind: int, chosen: list[str], place: Callable[[str], int]) -> Operation:
         instance = self.instances[name]
-        wholes = instance.fmu.whole_variables(chosen)  # value reference -> all its elements
-        elements = [element for group in wholes.values() for element in group]
+        wholes = instance.fmu.whole_variables(chosen)
+        elements = [element for _, group in wholes for element in group]
         full_name = f"fmi{instance.fmu.version}{verb}{function}"
         self.size = -(-self.size // 8) * 8
         first = len(self.references), len(wholes), len(self.places), len(elements)
         row = (instance.address(full_name), self.numbers[name], kind, *first, self.size)
         self.transfers.append(row)
         self.labels.append((name, full_name, elements))
-        self.references += wholes
+        self.references += [reference for reference, _ in wholes]
         self.places += [place(element) for element in elements]
+        self.scalings += [self.scaled.get((name, element), (1.0, 0.0)) for element in elements]
         self.size += of.SIZES[kind] * len(elements)
         return (of.SET if verb == "Set" else of.GET, len(self.transfers) - 1)
 
@@ -95,10 +98,10 @@ class Program:
         self._algorithm = algorithm
         ports: Iterable[Port] = [*connections.values(), *recorded, *_event_ports(system)]
         self._places: dict[Any, int] = {port: i for i, port in enumerate(dict.fromkeys(ports))}
-        self._constants: dict[int, float] = {}
+        self._unfed: dict[int, Port] = {}  # array elements that are set with others, but that nothing feeds
         for port in system.signals:
             self._places[("signal", *port)] = len(self._places)
-        self._writer = _Writer(instances, {name: i for i, name in enumerate(self.names)})
+        self._writer = _Writer(instances, {name: i for i, name in enumerate(self.names)}, system.scalings)
         self.signals = [
             (self._places[("signal", *port)], signal) for port, signal in system.signals.items() if not isinstance(signal, Table)
         ]
@@ -108,12 +111,12 @@ class Program:
         self.addresses = of.addresses_of(self.layout)
 
     def reset(self) -> None:
-        """Bring what the loop changes back to the state before a run."""
+        """Bring what the loop changes back to the state before a run, whose start values have been set."""
         self.layout.tables["cursor"] = self.layout.tables["first"]
         self.layout.instances["next_event"] = of.NO_EVENT
         self.layout.bus[:] = 0.0
-        for place, value in self._constants.items():
-            self.layout.bus[place] = value
+        for place, (name, variable) in self._unfed.items():
+            self.layout.bus[place] = float(self.instances[name].start_value(variable))
 
     def _inputs_of(self, name: str) -> list[str]:
         return [variable for instance, variable in [*self.system.signals, *self.connections] if instance == name]
@@ -130,7 +133,7 @@ class Program:
             key = ("constant", *port)
             if key not in self._places:
                 self._places[key] = len(self._places)
-                self._constants[self._places[key]] = float(self.instances[name].start_value(variable))
+                self._unfed[self._places[key]] = port
             return self._places[key]
 
         return place
@@ -212,8 +215,8 @@ class Program:
             transfers=transfers,
             references=references,
             places=np.array(writer.places or [0], np.int32),
-            gains=np.ones(max(1, len(writer.places))),
-            shifts=np.zeros(max(1, len(writer.places))),
+            gains=np.array([gain for gain, _ in writer.scalings] or [1.0]),
+            shifts=np.array([shift for _, shift in writer.scalings] or [0.0]),
             memory=memory,
             bus=np.zeros(max(1, len(self._places))),
             tables=rows,

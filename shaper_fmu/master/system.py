@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fmpy.model_description import BaseUnit
+
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
-from shaper_fmu.master.fmu import Fmu, load_fmu
+from shaper_fmu.master.fmu import Fmu, kind_of, load_fmu
 from shaper_fmu.master.signals import Interpolation, Signal, make_signal, typed_signal
 from shaper_fmu.master.wiring import Port, instance_order, signal_order
 
@@ -36,6 +39,7 @@ class System:
         self.fmus: dict[str, Fmu] = {}
         self.start_values: dict[str, dict[str, float | int | bool]] = {}
         self.connections: dict[Port, Port] = {}  # input -> output
+        self.scalings: dict[Port, tuple[float, float]] = {}  # input -> gain, offset, where they are not 1 and 0
         self.signals: dict[Port, Signal] = {}
         self.event_outputs: list[Port] = []
         self.without_event_mode: set[str] = set()
@@ -69,17 +73,46 @@ class System:
         instance, variable = self.split(name)
         self.start_values[instance].update(_prefixed(instance, self.fmus[instance], {variable: value}))
 
-    def connect(self, source: str, target: str) -> None:
-        """Connect an output to an input, both as "instance.variable", of equal type and unit."""
-        source_port, target_port = self._port(source, "output"), self._port(target, "input")
-        self._check_free(target_port)
-        output, input_ = (self.fmus[p[0]].variables[p[1]] for p in (source_port, target_port))
-        if output.type != input_.type:
-            raise ModelError([f"{source} is of type {output.type} but {target} of type {input_.type}; they cannot be connected"])
-        problem = self._unit_problem(source_port, target_port)
-        if problem:
-            raise ModelError([problem])
-        self.connections[target_port] = source_port
+    def connect(self, source: str, target: str, gain: float = 1.0, offset: float = 0.0) -> None:
+        """Connect an output to an input, both as "instance.variable": input = gain * output + offset, in the output's unit.
+
+        Units of one kind are converted (degrees to radians, for example); others are refused. An array of FMI 3.0 is
+        connected as a whole by its name. Booleans go to booleans and numbers to numbers; a real goes to no integer.
+        """
+        pairs = self._elements(source, target)
+        if not (math.isfinite(gain) and math.isfinite(offset)):
+            raise ModelError([f"{source} -> {target}: gain {gain} and offset {offset} must be finite numbers"])
+        for source_port, target_port in pairs:
+            self._check_free(target_port)
+            self._check_types(source_port, target_port, gain != 1.0 or offset != 0.0)
+            factor, shift = self._conversion(source_port, target_port)
+            self.connections[target_port] = source_port
+            if (factor * gain, factor * offset + shift) != (1.0, 0.0):
+                self.scalings[target_port] = (factor * gain, factor * offset + shift)
+
+    def _elements(self, source: str, target: str) -> list[tuple[Port, Port]]:
+        """The ports to connect: one pair, or one for each element of two arrays."""
+        ends = []
+        for name, causality in ((source, "output"), (target, "input")):
+            instance, variable = self.split(name)
+            elements = self.fmus[instance].elements_of(variable)
+            if elements == [variable]:
+                self._port(name, causality)  # raises if it has another causality
+            ends.append([self._port(f"{instance}.{element}", causality) for element in elements])
+        if len(ends[0]) != len(ends[1]):
+            raise ModelError([f"{source} has {len(ends[0])} elements but {target} has {len(ends[1])}; they cannot be connected"])
+        return list(zip(*ends, strict=True))
+
+    def _check_types(self, source: Port, target: Port, scaled: bool) -> None:
+        kinds = [kind_of(self.fmus[port[0]].variables[port[1]]) for port in (source, target)]
+        fits = kinds[0] == kinds[1] or kinds == ["integer", "real"]
+        if not fits or kinds[0] not in ("real", "integer", "boolean", "enumeration"):
+            output, input_ = (self.fmus[p[0]].variables[p[1]].type for p in (source, target))
+            raise ModelError(
+                [f"{'.'.join(source)} is of type {output} but {'.'.join(target)} of type {input_}; they cannot be connected"]
+            )
+        if scaled and kinds[1] != "real":
+            raise ModelError([f"{'.'.join(source)} -> {'.'.join(target)}: only real inputs can be given a gain or an offset"])
 
     def drive(self, target: str, source: Any, interpolation: Interpolation = "hold") -> None:
         """Feed an input from outside: a function of time, a number, or a table (see `make_signal`)."""
@@ -173,16 +206,22 @@ class System:
             other = ".".join(self.connections[port]) if port in self.connections else "a signal"
             raise ModelError([f"input {'.'.join(port)} is already driven by {other}"])
 
-    def _unit_problem(self, source: Port, target: Port) -> str | None:
+    def _conversion(self, source: Port, target: Port) -> tuple[float, float]:
+        """Factor and offset from the source's unit to the target's. Raises ModelError for units of different kinds."""
         (fmu, name), (other, other_name) = ((self.fmus[p[0]], p[1]) for p in (source, target))
         unit, other_unit = fmu.unit_of(name), other.unit_of(other_name)
         if not unit or not other_unit or unit == other_unit:
-            return None
+            return 1.0, 0.0
         definitions = fmu.unit_definition(unit), other.unit_definition(other_unit)
-        bases = [str(d.baseUnit) if d is not None and d.baseUnit is not None else None for d in definitions]
-        if bases[0] is not None and bases[0] == bases[1]:
-            return None
-        return f"{'.'.join(source)} is in {unit} but {'.'.join(target)} in {other_unit}; they cannot be connected"
+        bases = [d.baseUnit for d in definitions if d is not None and d.baseUnit is not None]
+        if len(bases) < 2 or _exponents(bases[0]) != _exponents(bases[1]):
+            raise ModelError([f"{'.'.join(source)} is in {unit} but {'.'.join(target)} in {other_unit}; they cannot be connected"])
+        factor, other_factor = (float(base.factor) for base in bases)
+        return factor / other_factor, (float(bases[0].offset) - float(bases[1].offset)) / other_factor
+
+
+def _exponents(unit: BaseUnit) -> tuple[int, ...]:
+    return tuple(int(getattr(unit, symbol) or 0) for symbol in ("kg", "m", "s", "A", "K", "mol", "cd", "rad"))
 
 
 def _prefixed(name: str, fmu: Fmu, values: dict[str, Any]) -> dict[str, float | int | bool]:
