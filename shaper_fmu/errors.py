@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from shaper_fmu.master.results import Results
+from typing import Any
 
 
 class ShaperFmuError(Exception):
@@ -38,10 +35,10 @@ class SimulationError(ShaperFmuError):
     """A run stopped; the text names the FMU, the time and what the FMU said.
 
     Attributes:
-        results: what was recorded until then; None if the initialization failed.
+        results: what was recorded until then, as `Results`; None if the initialization failed.
     """
 
-    results: Results | None = None
+    results: Any = None  # every exported FMU carries this module, so it imports nothing of the master's
 
 
 class StudyError(ShaperFmuError):

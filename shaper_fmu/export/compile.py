@@ -157,6 +157,7 @@ def _without_wrappers(text: str) -> tuple[Any, str]:
     for value in [*module.functions, *module.global_variables]:
         if not value.is_declaration and value.name != inner:
             value.linkage = "internal"
+    module.get_function(inner).visibility = "hidden"  # every FMU of a process has kernels of these names
     machine = llvm.Target.from_default_triple().create_target_machine()
     passes = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=3))
     passes.getModulePassManager().run(module, passes)

@@ -49,6 +49,8 @@ _compile = numba.njit(cache=True, nogil=True, error_model="numpy")
 _inline = numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=True)  # a system is many arguments
 _rounding = _inline(_rounding)
 _MOST_UPDATES = 100
+_CUT = 2  # at_event: the step has been shortened
+_LARGEST_F4 = float(np.finfo(np.float32).max)
 GOING_ON, FINISHED, FULL, FAULT = range(4)
 
 
@@ -87,14 +89,15 @@ def _fail(control, fault, status, where, element, t):
 
 
 @_inline
-def _judge(control, status, where, t):
+def _judge(control, status, where, t, function=-1):
     """Whether a call's status lets the run go on; warnings are counted."""
     if status == 0:
         return True
     if status == 1:
         control.warnings += 1
+        control.warned = where
         return True
-    return _fail(control, of.CALL_FAILED, status, where, -1, t)
+    return _fail(control, of.CALL_FAILED, status, where, function, t)
 
 
 @_inline
@@ -116,7 +119,7 @@ def _put_other(kind, at, value):
         return True
     if kind == of.F4:
         write_f4(at, np.float32(value))
-        return True
+        return abs(value) <= _LARGEST_F4
     whole = math.floor(value + 0.5)
     bits = 8 if kind <= of.U1 else 16 if kind <= of.U2 else 32 if kind <= of.U4 else 64
     signed = kind == of.I1 or kind == of.I2 or kind == of.I4 or kind == of.I8
@@ -224,15 +227,15 @@ def _get(system, control, number, t):
 
 
 @_inline
-def _step(system, control, number, t, h):
+def _step(system, control, number, t, h, stepped):
     instance = system.instances[number]
     if instance.version == 2:
         return _judge(control, fmi2_do_step(instance.do_step, (instance.handle, t, h, np.int32(1))), -1 - number, t)
-    return _step3(system.instances, control, number, t, h)
+    return _step3(system.instances, control, number, t, h, stepped)
 
 
 @_compile
-def _step3(instances, control, number, t, h):
+def _step3(instances, control, number, t, h, stepped):
     instance = instances[number]
     a = instance.answers
     arguments = (instance.handle, t, h, np.uint8(1), a + np.uintp(8), a + np.uintp(9), a + np.uintp(10), a)
@@ -242,8 +245,13 @@ def _step3(instances, control, number, t, h):
         return _fail(control, of.TERMINATED, 0, -1 - number, -1, read_f8(a))
     if instance.event_mode and read_u1(a + np.uintp(8)):
         control.at_event = 1
-    if read_u1(a + np.uintp(10)) and read_f8(a) < t + h - _rounding(t, h):
-        return _fail(control, of.EARLY_RETURN, 0, -1 - number, -1, read_f8(a))
+    reached = read_f8(a)
+    if read_u1(a + np.uintp(10)) and reached < t + h - _rounding(t, h):
+        if not control.cut or stepped > 0 or not reached > t + _rounding(t, h):
+            return _fail(control, of.EARLY_RETURN, 0, -1 - number, -1, reached)
+        control.target = reached
+        control.at_grid = 0
+        control.at_event = _CUT
     return True
 
 
@@ -265,7 +273,11 @@ def _tables(system, t):
 
 @_inline
 def execute(system, control, program, t, h):
-    """Run a program of transfers and steps over [t, t + h]; False if something failed, told in `control`."""
+    """Run a program of transfers and steps over [t, t + h]; False if something failed, told in `control`.
+
+    Where the first instance that steps returns early, the others step to there, too.
+    """
+    stepped = 0
     for i in range(program.shape[0]):
         code, number = program[i, 0], program[i, 1]
         if code == of.SET:
@@ -273,7 +285,11 @@ def execute(system, control, program, t, h):
         elif code == of.GET:
             going = _get(system, control, number, t + h)
         elif code == of.STEP:
-            going = _step(system, control, number, t, h)
+            going = _step(system, control, number, t, h, stepped)
+            stepped += 1
+            if control.at_event == _CUT:
+                control.at_event = 1
+                h = control.target - t
         else:
             _tables(system, t + h if code == of.TABLES_NOW else t)
             going = True
@@ -327,10 +343,10 @@ def _update(system, control, number, t):
     a = instance.answers
     flags = a + np.uintp(8), a + np.uintp(9), a + np.uintp(10), a + np.uintp(11), a + np.uintp(12)
     arguments = (instance.handle, flags[0], flags[1], flags[2], flags[3], flags[4], a)
-    if not _judge(control, fmi3_update(instance.update, arguments), -1 - number, t):
+    if not _judge(control, fmi3_update(instance.update, arguments), -1 - number, t, 3):
         return -1
     if read_u1(flags[1]):
-        _fail(control, of.TERMINATED, 0, -1 - number, -1, t)
+        _fail(control, of.TERMINATED, 0, -1 - number, 3, t)
         return -1
     instance.next_event = read_f8(a) if read_u1(flags[4]) else of.NO_EVENT
     return 1 if read_u1(flags[0]) else 0
@@ -342,7 +358,7 @@ def _all_in_mode(system, control, entering, t):
         instance = system.instances[i]
         if instance.event_mode:
             address = instance.enter_event_mode if entering else instance.enter_step_mode
-            if not _judge(control, simple_call(address, (instance.handle,)), -1 - i, t):
+            if not _judge(control, simple_call(address, (instance.handle,)), -1 - i, t, 1 if entering else 2):
                 return False
     return True
 
@@ -355,20 +371,21 @@ def handle_event(system, control, t, entering):
     for _ in range(_MOST_UPDATES):
         if not execute(system, control, system.exchange_program, t, 0.0):
             return False
-        again = 0
+        again, asking = 0, 0
         for i in range(system.instances.size):
             if system.instances[i].event_mode:
                 answer = _update(system, control, i, t)
                 if answer < 0:
                     return False
-                again += answer
+                if answer > 0:
+                    again, asking = 1, i
         if not execute(system, control, system.read_program, t, 0.0):
             return False
         if not execute(system, control, system.exchange_program, t, 0.0):
             return False
         if again == 0:
             return _all_in_mode(system, control, False, t)
-    return _fail(control, of.ENDLESS_EVENTS, 0, 0, -1, t)
+    return _fail(control, of.ENDLESS_EVENTS, 0, -1 - asking, 3, t)
 
 
 @_inline
@@ -392,6 +409,7 @@ def take_step(system, control, times, record):
     h = control.step if whole else target - t
     if not execute(system, control, system.step_program, t, h):
         return False
+    target = control.target  # an early return may have moved it
     control.t = target
     if control.at_grid:
         control.done += 1

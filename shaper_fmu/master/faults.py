@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from ctypes import byref, c_int
 from typing import Any
+
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import fmi2Terminated
 
 from shaper_fmu.errors import SimulationError
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.instance import Instance, moment
 from shaper_fmu.master.program import Program
+
+_DISCARD = 2
+_FUNCTIONS = ("DoStep", "EnterEventMode", "EnterStepMode", "UpdateDiscreteStates")
+"""Functions that are no transfers, by the number that the loop tells."""
 
 
 def fault_error(program: Program, instances: Mapping[str, Instance], control: Any, at: str | None) -> SimulationError:
@@ -19,9 +27,11 @@ def fault_error(program: Program, instances: Mapping[str, Instance], control: An
         name, function, elements = program.labels[where]
     else:
         name, elements = program.names[-1 - where], []
-        function = f"fmi{instances[name].fmu.version}DoStep"
+        function = f"fmi{instances[name].fmu.version}{_FUNCTIONS[max(0, int(control.fault_element))]}"
     instance, fault = instances[name], int(control.fault)
     if fault == of.CALL_FAILED:
+        if function == "fmi2DoStep" and control.fault_status == _DISCARD and _has_terminated(instance):
+            return SimulationError(f"{name}{moment(when)}: {function} asked to end the simulation{_said(instance)}")
         return instance.failure(function, int(control.fault_status), when)
     if fault in (of.NOT_FINITE, of.NOT_IN_RANGE):
         element = int(control.fault_element)
@@ -30,15 +40,44 @@ def fault_error(program: Program, instances: Mapping[str, Instance], control: An
         words = (
             "" if fault == of.NOT_FINITE else f", which does not fit into its type {instance.fmu.variables[elements[element]].type}"
         )
-        return SimulationError(f"{name}{moment(when)}: the value for input {elements[element]} is {value}{words}")
+        source = _source(program, name, elements[element])
+        return SimulationError(f"{name}{moment(when)}: the value for input {elements[element]} is {value}{source}{words}")
     if fault == of.EARLY_RETURN:
+        advice = f". Use it without event mode: system.use_event_mode({name!r}, False)" if instance.event_mode else ""
         return SimulationError(
-            f"{name}: returned early, at t = {t:.15g} s, from an event that it had not announced; the others have gone on. "
-            f"Use it without event mode: system.use_event_mode({name!r}, False)"
+            f"{name}: {function} returned early, at t = {t:.15g} s, from an event that it had not announced, and the step cannot "
+            f"be shortened for all{_said(instance)}{advice}"
         )
     if fault == of.TERMINATED:
-        return SimulationError(f"{name}{moment(when)}: asked to end the simulation{_said(instance)}")
-    return SimulationError(f"at t = {t:.15g} s the discrete states of the instances do not settle")
+        return SimulationError(f"{name}{moment(when)}: {function} asked to end the simulation{_said(instance)}")
+    return SimulationError(f"{name}{moment(when)}: {function} asked for another update again and again{_said(instance)}")
+
+
+def warning_notes(program: Program, instances: Mapping[str, Instance], control: Any) -> list[str]:
+    """What a user should know of calls that returned a warning."""
+    if not control.warnings:
+        return []
+    where = int(control.warned)
+    name = program.labels[where][0] if where >= 0 else program.names[-1 - where]
+    calls = "1 call" if control.warnings == 1 else f"{control.warnings} calls"
+    said = list(instances[name].log)[-1:]
+    return [f"{calls} returned a warning, the last by {name}{': ' if said else ''}{''.join(said)}"]
+
+
+def _source(program: Program, name: str, input_: str) -> str:
+    """Where an input's value comes from, as part of a message."""
+    source = program.connections.get((name, input_))
+    return f", from {'.'.join(source)}" if source is not None else ""
+
+
+def _has_terminated(instance: Instance) -> bool:
+    """Whether an FMI 2.0 instance that has discarded a step wants to end the simulation (FMI 2.0.5, section 4.2.2)."""
+    answer = c_int(0)
+    try:
+        instance.slave.fmi2GetBooleanStatus(instance.slave.component, fmi2Terminated, byref(answer))
+    except FMICallException:
+        return False
+    return bool(answer.value)
 
 
 def _said(instance: Instance) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Mapping, Sequence
 from ctypes import byref, c_void_p, cast
@@ -22,6 +23,14 @@ from fmpy.logging import addLoggerProxy
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.fmu import Fmu, typed_value
 
+_FAILED = {
+    2: "was refused (Discard)",
+    3: "failed",
+    4: "failed beyond repair (Fatal)",
+    5: "goes on in the background (Pending), which this master does not support",
+}
+"""What a status above Warning means, as part of a message."""
+
 Moment = float | str | None
 """When something happens, for messages: a time [s], or a word such as "initialization"."""
 
@@ -40,7 +49,11 @@ def _log(environment: int | None, name: bytes, status: int, category: bytes, mes
     if log is None:
         printLogMessage(c_void_p(environment), name, status, category, message)
     else:
-        log.append(message.decode("utf-8", "replace").strip())
+        log.append(_text(message))
+
+
+def _text(message: bytes | None) -> str:
+    return (message or b"").decode("utf-8", "replace").strip()
 
 
 def _make_callbacks() -> fmi2CallbackFunctions:
@@ -60,21 +73,28 @@ class Instance:
     """An instantiated FMU. Every failing call raises SimulationError with the instance's name and its last messages.
 
     `event_mode`: whether an FMU of FMI 3.0 that has event mode is used with it.
+
+    Attributes:
+        usable: whether it can be called; not after it was closed, nor after a fatal status.
+        fatal: whether it has returned a fatal status, after which FMI allows no call of any instance of this FMU.
     """
 
     def __init__(self, name: str, fmu: Fmu, event_mode: bool = True):
         self.name, self.fmu = name, fmu
         self.log: deque[str] = deque(maxlen=20)
-        self.usable = False
+        self.usable = self.fatal = False
         self.event_mode = bool(event_mode and fmu.version == 3 and getattr(fmu.co_simulation, "hasEventMode", False))
         self._arrays: dict[int, list[Any]] = {}  # values of FMI 3.0 arrays, which can be set as a whole only
         self._environment = max(_logs, default=0) + 1
         _logs[self._environment] = self.log
+        folder = os.getcwd()
         try:
             self.slave: Any = self._instantiated()
         except Exception as error:  # fmpy raises bare Exceptions
             del _logs[self._environment]
             raise SimulationError(f"{name}: {fmu.name} cannot be instantiated: {self._words(error)}") from None
+        finally:
+            os.chdir(folder)  # fmpy leaves it where a library cannot be loaded
         self.usable = True
 
     def _instantiated(self) -> FMU2Slave | FMU3Slave:
@@ -84,11 +104,10 @@ class Instance:
             "unzipDirectory": str(self.fmu.folder),
             "instanceName": self.name,
         }
+        self._check_library(str(common["modelIdentifier"]))
         if self.fmu.version == 3:
             slave = FMU3Slave(guid=description.instantiationToken, **common)
-            self._logger = lambda environment, status, category, message: self.log.append(
-                message.decode("utf-8", "replace").strip()
-            )
+            self._logger = lambda environment, status, category, message: self.log.append(_text(message))
             slave.instantiate(
                 loggingOn=True, eventModeUsed=self.event_mode, earlyReturnAllowed=self.event_mode, logMessage=self._logger
             )
@@ -99,8 +118,24 @@ class Instance:
         slave.instantiate(callbacks=self._callbacks, loggingOn=True)
         return slave
 
+    def _check_library(self, identifier: str) -> None:
+        """Raise if the FMU has no library for this machine."""
+        folder = fmpy.platform_tuple if self.fmu.version == 3 else fmpy.platform
+        binaries = self.fmu.folder / "binaries"
+        if (binaries / folder / (identifier + fmpy.sharedLibraryExtension)).is_file():
+            return
+        others = sorted(path.parent.name for path in binaries.glob("*/*") if path.stem == identifier)
+        found = f"only for {', '.join(others)}" if others else "nor for any other platform"
+        raise SimulationError(f"it has no library {identifier}{fmpy.sharedLibraryExtension} for {folder}, {found}")
+
     def _words(self, error: Exception) -> str:
-        return "; ".join(line for line in [str(error), *self.log] if line)
+        """What fmpy and the FMU say of a failed instantiation."""
+        words = str(error)
+        if words.startswith("Failed to instantiate"):  # the function has returned NULL
+            words = f"fmi{self.fmu.version}Instantiate{'CoSimulation' if self.fmu.version == 3 else ''} failed"
+        elif isinstance(error, AttributeError):
+            words = f"its library lacks a function: {words.rpartition(': ')[2]}"
+        return "; ".join(line for line in [words, *list(self.log)[-3:]] if line)
 
     def call(self, function: str, *arguments: Any, at: Moment = None) -> None:
         """Call a method of fmpy's slave, such as "reset"."""
@@ -112,16 +147,14 @@ class Instance:
     def enter_initialization(self, start_time: float, stop_time: float | None, values: Mapping[str, Any]) -> None:
         """Tell the experiment, set start values, and enter initialization."""
         if self.fmu.version == 2:
-            self.call("setupExperiment", None, start_time, stop_time)
-        self.set_values(values)
-        if self.fmu.version == 2:
-            self.call("enterInitializationMode")
-        else:
-            self.call("enterInitializationMode", None, start_time, stop_time)
+            self.call("setupExperiment", None, start_time, stop_time, at="initialization")
+        self.set_values(values, "initialization")
+        experiment = (None, start_time, stop_time) if self.fmu.version == 3 else ()
+        self.call("enterInitializationMode", *experiment, at="initialization")
 
     def reset(self) -> None:
         """Bring the instance back to the state after instantiation."""
-        self.call("reset")
+        self.call("reset", at="reset")
         self._arrays.clear()
         self.log.clear()
 
@@ -139,16 +172,23 @@ class Instance:
             names = ["fmi2DoStep", "", "", ""]
         return (self._handle(), self.fmu.version, int(self.event_mode), *[self.address(name) if name else 0 for name in names])
 
+    @property
+    def returns_early(self) -> bool:
+        """Whether it may end a step at an event that it has not announced."""
+        return self.event_mode and bool(getattr(self.fmu.co_simulation, "mightReturnEarlyFromDoStep", False))
+
     def _handle(self) -> int:
         component = self.slave.component
         return int(component.value if hasattr(component, "value") else component)
 
     def failure(self, function: str, status: int, at: Moment = None) -> SimulationError:
         """The error to raise for a failed call; a fatal one leaves the instance unusable."""
-        self.usable = self.usable and status < 4
+        self.fatal = self.fatal or status == 4
+        self.usable = self.usable and not self.fatal
         said = [text.removeprefix("Fatal py exception encountered: ").split("PyObject_CallMethod\n")[-1] for text in self.log]
         words = f": {'; '.join(said[-3:])}" if said else ""
-        return SimulationError(f"{self.name}{moment(at)}: {function} failed{words or f' with status {status} and no message'}")
+        verb = _FAILED.get(status, f"returned {status}, which is no status")
+        return SimulationError(f"{self.name}{moment(at)}: {function} {verb}{words or ' and gave no message'}")
 
     def start_value(self, name: str) -> float | int | bool:
         """The value that an element has been set to, or its start value."""
@@ -158,7 +198,7 @@ class Instance:
             return self._arrays[variable.valueReference][elements.index(name)]
         return typed_value(variable, variable.start, self.name) if variable.start is not None else 0
 
-    def set_values(self, values: Mapping[str, float | int | bool]) -> None:
+    def set_values(self, values: Mapping[str, float | int | bool], at: Moment = None) -> None:
         """Set variables by name. Of an FMI 3.0 array, elements that are not given keep what they were set to before."""
         groups: dict[str, tuple[list[int], list[Any]]] = {}
         for reference, elements in self.fmu.whole_variables(values):
@@ -170,7 +210,7 @@ class Instance:
             references.append(reference)
             flat += whole
         for function, (references, flat) in groups.items():
-            self.call(function, references, flat)
+            self.call(function, references, flat, at=at)
 
     def get_values(self, names: Sequence[str]) -> list[Any]:
         """Values of variables by name."""
@@ -193,7 +233,7 @@ class Instance:
         return kind
 
     def close(self) -> None:
-        """Terminate and free the instance; after a fatal status FMI allows neither, so it is left alone."""
+        """Free the instance; after a fatal status FMI does not allow even that, so it is left alone."""
         if self.usable:
             self.usable = False
             self.slave.freeInstance()

@@ -58,10 +58,12 @@ CONTROL = np.dtype(
         ("at_event", "i4"),
         ("everywhere", "i4"),  # whether rows are recorded at events, too, on both sides
         ("exchange", "i4"),  # whether values are exchanged after each step (jacobi)
+        ("cut", "i4"),  # whether an early return may end the step for all
         ("jump", "i4"),  # the next one of the tables
         ("rows", "i8"),  # recorded
         ("events", "i8"),
         ("warnings", "i8"),
+        ("warned", "i8"),  # by the last of them: the instance, or the transfer
         ("fault", "i4"),
         ("fault_status", "i4"),
         ("fault_where", "i4"),  # the instance, or the transfer

@@ -151,7 +151,9 @@ class Program:
 
     def _programs(self) -> dict[str, list[Operation]]:
         writer, system = self._writer, self.system
-        steps = [(of.STEP, number) for number in range(len(self.names))]
+        early = {name for name in self.names if self.instances[name].returns_early}
+        order = sorted(self.names, key=lambda name: name not in early)  # the first to step may end the step for all
+        steps = [(of.STEP, writer.numbers[name]) for name in order]
         reads = {name: self._reading(name, lambda variable: True) for name in self.names}
         read_all = [operation for operations in reads.values() for operation in operations]
         sets = {

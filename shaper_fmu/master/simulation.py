@@ -19,7 +19,7 @@ from shaper_fmu.master import compiled
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.algorithms import ALGORITHMS, Algorithm
 from shaper_fmu.master.events import Treatment, treat_events
-from shaper_fmu.master.faults import fault_error
+from shaper_fmu.master.faults import fault_error, warning_notes
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
@@ -61,13 +61,21 @@ class Simulation:
         self.close()
 
     def close(self) -> None:
-        """Free the instances."""
+        """Free the instances; where one has failed beyond repair, FMI allows no call of the others of its FMU either."""
+        lost = {instance.fmu.digest for instance in self.instances.values() if instance.fatal}
         for instance in self.instances.values():
+            instance.usable = instance.usable and instance.fmu.digest not in lost
             instance.close()
 
     def reset(self) -> None:
-        """Bring all instances back to the state after instantiation."""
-        for instance in self.instances.values():
+        """Bring all instances back to the state after instantiation. Raises SimulationError if they are closed or lost."""
+        for name, instance in self.instances.items():
+            if instance.fatal:
+                raise SimulationError(
+                    f"{name}: {instance.fmu.name} failed beyond repair in an earlier run; make another Simulation"
+                )
+            if not instance.usable:
+                raise SimulationError(f"{name}: the simulation is closed; make another one")
             instance.reset()
         self._fresh = True
 
@@ -88,7 +96,8 @@ class Simulation:
         `algorithm` is one of `ALGORITHMS`; `start_values` ("instance.variable") come on top of the system's. `exact`: steps
         end at events, too; by default where the system allows it (see `treat_events`). `everywhere`: rows are recorded at
         events, too, on both sides of a jump; else at the communication points alone. Raises SimulationError with the
-        instance's name, the time and its last messages when a call fails, and ModelError for wrong names.
+        instance's name, the time and its last messages when a call fails, and what was recorded until then as its
+        `results`, and ModelError for wrong names. After an error the simulation can be run again, unless it was fatal.
         """
         if algorithm not in ALGORITHMS:
             raise ModelError([f"there is no algorithm {algorithm!r}.{nearest(algorithm, ALGORITHMS)}"])
@@ -110,12 +119,9 @@ class Simulation:
         control.stop, control.step, control.steps = stop_time, step, steps
         control.exact = treatment.exact
         control.everywhere, control.exchange = everywhere, algorithm == "jacobi"
+        control.cut = treatment.exact and not program.signals  # Python's functions are asked before a step, for its end
         self._initialize(program, control, start_values or {})
-        times, record = self._stepped(program, control, progress)
-        if not everywhere:
-            times = start_time + step * np.arange(steps + 1)
-            times[-1] = stop_time
-        return self._results(times, record, treatment.notes)
+        return self._stepped(program, control, progress, treatment.notes)
 
     def _program(self, algorithm: str, treatment: Treatment) -> Program:
         key = (algorithm, treatment.exact)
@@ -124,33 +130,38 @@ class Simulation:
             self._programs[key] = Program(self.system, self.instances, self._recorded, algorithm, connections)
         return self._programs[key]
 
-    def _stepped(self, program: Program, control: Any, progress: Progress | None) -> tuple[np.ndarray, np.ndarray]:
-        """Step to the end; the times and the record, which grows where events take more room."""
+    def _stepped(self, program: Program, control: Any, progress: Progress | None, notes: tuple[str, ...]) -> Results:
+        """Step to the end. The record grows where events take more room."""
         rows = int(control.steps) + 2 + (64 if control.everywhere else 0)
         times, record = np.empty(rows), np.empty((rows, len(self._recorded)))
         control.at_grid = 1
         compiled.first_row(program.addresses, control, times, record)
-        most = 1 if program.signals else 256
+        most = 1 if program.signals else 16
         while True:
             begin = time.perf_counter()
-            if program.signals and control.done < control.steps and control.rows + 2 <= rows:
-                code = self._step_with_signals(program, control, times, record)
-            else:
-                code = compiled.run(program.addresses, control, times, record, most)
-            if code == compiled.FAULT:
-                raise self._fault(program, control)
+            try:
+                if program.signals and control.done < control.steps and control.rows + 2 <= rows:
+                    code = self._step_with_signals(program, control, times, record)
+                else:
+                    code = compiled.run(program.addresses, control, times, record, most)
+                if code == compiled.FAULT:
+                    raise self._fault(program, control)
+            except SimulationError as error:
+                error.results = self._results(program, control, times, record, notes)
+                raise
             if code == compiled.FULL:
                 rows *= 2
                 times, record = (np.concatenate([kept, np.empty_like(kept)]) for kept in (times, record))
             elif code == compiled.FINISHED:
                 break
-            elif not program.signals:  # so long that Python costs nothing, so short that people see progress
-                most = max(16, min(1 << 24, int(most * _CHUNK_SECONDS / max(1e-6, time.perf_counter() - begin))))
+            elif not program.signals:  # so long that Python costs nothing, so short that people see progress and can interrupt
+                fitting = most * _CHUNK_SECONDS / max(1e-6, time.perf_counter() - begin)
+                most = max(1, min(1 << 24, 16 * most, int(fitting)))
             if progress is not None:
                 progress(float(control.t))
         if progress is not None:
             progress(float(control.stop))
-        return times[: control.rows], record[: control.rows]
+        return self._results(program, control, times, record, notes)
 
     def _step_with_signals(self, program: Program, control: Any, times: np.ndarray, record: np.ndarray) -> int:
         """A step of a system with inputs that Python functions give."""
@@ -194,8 +205,17 @@ class Simulation:
         if not compiled.begin(program.addresses, control, t, in_event_mode):
             raise self._fault(program, control, "initialization")
 
-    def _results(self, time: np.ndarray, record: np.ndarray, notes: tuple[str, ...]) -> Results:
+    def _results(self, program: Program, control: Any, times: np.ndarray, record: np.ndarray, notes: tuple[str, ...]) -> Results:
+        """What has been recorded so far; times on the grid are told by the grid, without rounding of sums."""
+        times, record = times[: control.rows], record[: control.rows]
+        notes = (*notes, *warning_notes(program, self.instances, control))
+        if not control.everywhere:
+            times = control.start + control.step * np.arange(control.rows)
+            times[control.steps :] = control.stop
         names = [".".join(port) for port in self._recorded]
         units = {name: self.system.unit(port) for name, port in zip(names, self._recorded, strict=True)}
         displays = {name: self.system.display_unit(port) for name, port in zip(names, self._recorded, strict=True)}
-        return Results(time, dict(zip(names, record.T.copy(), strict=True)), units, displays, notes)
+        for name, column in zip(names, record.T, strict=True):
+            if np.isnan(column).any():
+                notes = (*notes, f"{name} is no number from t = {times[np.isnan(column).argmax()]:.15g} s on")
+        return Results(times, dict(zip(names, record.T.copy(), strict=True)), units, displays, notes)
