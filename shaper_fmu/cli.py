@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from pathlib import Path
 from typing import Annotated
 
@@ -97,6 +98,10 @@ def run(
     stop_time: Annotated[float | None, typer.Option(help="Stop time [s]. Default: the system's.")] = None,
     step: Annotated[float | None, typer.Option(help="Communication step [s]. Default: the system's.")] = None,
     algorithm: Annotated[Algorithm, typer.Option(help="Master algorithm.")] = "jacobi",
+    grid: Annotated[
+        bool, typer.Option("--grid", help="Keep to the communication step, instead of ending steps at events.")
+    ] = False,
+    everywhere: Annotated[bool, typer.Option("--events", help="Results at events, too, on both sides of jumps.")] = False,
     output: Annotated[Path | None, typer.Option(help="Write all outputs to this CSV file.")] = None,
     report: Annotated[Path | None, typer.Option(help="Write a page with the time responses, and a picture of each.")] = None,
 ) -> None:
@@ -115,14 +120,21 @@ def run(
     step = step if step is not None else loaded.structure.step_size
     if stop_time is None or step is None:
         raise typer.BadParameter("the system tells no stop time or step size; give --stop-time and --step")
-    with progress(f"running {loaded.system.name}", err) as update:
+    start_time, begin = loaded.structure.start_time or 0.0, time.perf_counter()
+    with progress(f"running {loaded.system.name}, simulated time [s]", err) as update:
         results = loaded.system.simulate(
             stop_time,
             step,
-            start_time=loaded.structure.start_time or 0.0,
+            start_time=start_time,
             algorithm=algorithm,
+            exact=False if grid else None,
+            everywhere=everywhere,
             progress=lambda t: update(t, stop_time),
         )
+    taken = time.perf_counter() - begin
+    for note in results.notes:
+        err.print(f"note: {note}", markup=False)
+    err.print(f"{stop_time - start_time:g} s simulated in {taken:.3g} s, {(stop_time - start_time) / taken:.3g} times real time")
     table = Table("variable", "at the end", "unit")
     for name in results.values:
         column, unit = results.display(name)
