@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from shaper_fmu.component import Calculated, Component, Input, Local, Output, Parameter, State
     from shaper_fmu.errors import ShaperFmuError
     from shaper_fmu.export.build import build_fmu, fmu_path
+    from shaper_fmu.master.metrics import Effort, Envelope, Final, Overshoot, Peak, Residual, SettlingTime
     from shaper_fmu.master.results import Results
     from shaper_fmu.master.system import System
     from shaper_fmu.profiles.design import Profile, profile
@@ -38,6 +39,7 @@ _HOMES = {
     "component": ["Calculated", "Component", "Input", "Local", "Output", "Parameter", "State"],
     "errors": ["ShaperFmuError"],
     "export.build": ["build_fmu", "fmu_path"],
+    "master.metrics": ["Effort", "Envelope", "Final", "Overshoot", "Peak", "Residual", "SettlingTime"],
     "master.results": ["Results"],
     "master.system": ["System"],
     "profiles.design": ["Profile", "profile"],
@@ -56,14 +58,21 @@ __all__ = [
     "Band",
     "Calculated",
     "Component",
+    "Effort",
+    "Envelope",
+    "Final",
     "ImpulseSequence",
     "Input",
     "Local",
     "Output",
+    "Overshoot",
     "Parameter",
+    "Peak",
     "Profile",
     "PulseSequence",
+    "Residual",
     "Results",
+    "SettlingTime",
     "ShaperFmuError",
     "State",
     "System",

@@ -72,9 +72,10 @@ def _opened(addresses):
         carray(pointer_to(addresses[11, 0]), addresses[11, 1], np.float64),
         carray(pointer_to(addresses[12, 0]), addresses[12, 1], np.int32),
         carray(pointer_to(addresses[13, 0]), addresses[13, 1], np.int32),
-        carray(pointer_to(addresses[14, 0]), (addresses[14, 1], 2), np.int32),
+        carray(pointer_to(addresses[14, 0]), addresses[14, 1], of.METRIC),
         carray(pointer_to(addresses[15, 0]), (addresses[15, 1], 2), np.int32),
         carray(pointer_to(addresses[16, 0]), (addresses[16, 1], 2), np.int32),
+        carray(pointer_to(addresses[17, 0]), (addresses[17, 1], 2), np.int32),
     )
 
 
@@ -368,10 +369,11 @@ def handle_event(system, control, t, entering):
     """Exchange values at t until nothing changes any more; instances with event mode go through it."""
     if entering and not _all_in_mode(system, control, True, t):
         return False
+    asking = 0
     for _ in range(_MOST_UPDATES):
         if not execute(system, control, system.exchange_program, t, 0.0):
             return False
-        again, asking = 0, 0
+        again = 0
         for i in range(system.instances.size):
             if system.instances[i].event_mode:
                 answer = _update(system, control, i, t)
@@ -389,8 +391,39 @@ def handle_event(system, control, t, entering):
 
 
 @_inline
+def _measure(system, t):
+    """Take the values at t into the metrics; see metrics.py for what they are."""
+    for i in range(system.metrics.size):
+        m = system.metrics[i]
+        x = system.bus[m.place]
+        anew = math.isnan(m.time)
+        if m.command >= 0:
+            command = system.bus[m.command]
+            anew = anew or command != m.commanded
+            m.commanded = command
+        if anew:
+            m.begin = t
+            m.first = x
+            m.sum = t if m.kind == of.OUTSIDE else 0.0
+            m.largest = 0.0 if m.kind == of.ENVELOPE else x
+            m.smallest = x
+        elif m.kind == of.SQUARE:
+            m.sum += m.last * m.last * (t - m.time)
+        if m.kind == of.ENVELOPE:
+            m.largest = max(m.largest, math.hypot(x - m.rest, system.bus[m.rate] / m.parameter))
+        else:
+            m.largest = max(m.largest, x)
+        m.smallest = min(m.smallest, x)
+        if m.kind == of.OUTSIDE and abs(x - m.rest) > m.parameter:
+            m.sum = t
+        m.last = x
+        m.time = t
+
+
+@_inline
 def note(system, control, times, record, left):
     """Record a row; on the grid alone unless events are wanted, too."""
+    _measure(system, control.t)
     if not control.everywhere and (left or not control.at_grid):
         return
     times[control.rows] = control.t

@@ -60,6 +60,11 @@ class Fmu:
         self.co_simulation: CoSimulation = self.description.coSimulation
         self._units = {unit.name: unit for unit in self.description.unitDefinitions}
 
+    @property
+    def has_event_mode(self) -> bool:
+        """Whether it can be used with FMI 3.0's event mode in co-simulation."""
+        return self.version == 3 and bool(getattr(self.co_simulation, "hasEventMode", False))
+
     def variable(self, name: str, *causalities: str) -> ModelVariable:
         """The variable of this name. Raises ModelError, with the nearest name, if there is none of these causalities."""
         known = [v.name for v in self.variables.values() if not causalities or v.causality in causalities]

@@ -83,7 +83,7 @@ class Instance:
         self.name, self.fmu = name, fmu
         self.log: deque[str] = deque(maxlen=20)
         self.usable = self.fatal = False
-        self.event_mode = bool(event_mode and fmu.version == 3 and getattr(fmu.co_simulation, "hasEventMode", False))
+        self.event_mode = event_mode and fmu.has_event_mode
         self._arrays: dict[int, list[Any]] = {}  # values of FMI 3.0 arrays, which can be set as a whole only
         self._environment = max(_logs, default=0) + 1
         _logs[self._environment] = self.log

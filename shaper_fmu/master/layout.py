@@ -44,6 +44,26 @@ TABLE = np.dtype(
     align=True,
 )
 
+METRIC = np.dtype(
+    [
+        ("kind", "i4"),
+        ("place", "i4"),
+        ("command", "i4"),  # whose last change begins it; -1 for none
+        ("rate", "i4"),
+        ("parameter", "f8"),
+        ("rest", "f8"),
+        ("commanded", "f8"),
+        ("begin", "f8"),
+        ("time", "f8"),  # of the last value
+        ("first", "f8"),
+        ("last", "f8"),
+        ("largest", "f8"),
+        ("smallest", "f8"),
+        ("sum", "f8"),
+    ],
+    align=True,
+)
+
 CONTROL = np.dtype(
     [
         ("start", "f8"),
@@ -77,6 +97,9 @@ CONTROL = np.dtype(
 F8, F4, I1, U1, I2, U2, I4, U4, I8, U8, BOOLEAN2, BOOLEAN3 = range(12)
 SIZES = {F8: 8, F4: 4, I1: 1, U1: 1, I2: 2, U2: 2, I4: 4, U4: 4, I8: 8, U8: 8, BOOLEAN2: 4, BOOLEAN3: 1}
 
+# Kinds of metrics.
+EXTREMES, ENVELOPE, OUTSIDE, SQUARE = range(4)
+
 # Operations of a program: pairs of a code and what it works on.
 SET, GET, STEP, TABLES_BEFORE, TABLES_NOW = range(5)
 
@@ -103,6 +126,7 @@ class Layout(NamedTuple):
     jumps: np.ndarray  # times at which tables jump
     event_places: np.ndarray  # of outputs that announce events
     recorded: np.ndarray
+    metrics: np.ndarray
     step_program: np.ndarray
     exchange_program: np.ndarray
     read_program: np.ndarray

@@ -13,6 +13,7 @@ from shaper_fmu.errors import ModelError
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.metrics import Metric, metric_rows, metric_variables
 from shaper_fmu.master.signals import Signal, Table
 from shaper_fmu.master.system import System
 from shaper_fmu.master.wiring import Port
@@ -92,11 +93,13 @@ class Program:
         recorded: Sequence[Port],
         algorithm: str,
         connections: Mapping[Port, Port],
+        metrics: Mapping[str, Metric],
     ):
         self.system, self.instances, self.connections = system, instances, connections
         self.names = list(instances)
         self._algorithm = algorithm
-        ports: Iterable[Port] = [*connections.values(), *recorded, *_event_ports(system)]
+        self._metrics = metrics
+        ports: Iterable[Port] = [*connections.values(), *recorded, *system.ports(metric_variables(metrics)), *_event_ports(system)]
         self._places: dict[Any, int] = {port: i for i, port in enumerate(dict.fromkeys(ports))}
         self._unfed: dict[int, Port] = {}  # array elements that are set with others, but that nothing feeds
         for port in system.signals:
@@ -115,6 +118,7 @@ class Program:
         self.layout.tables["cursor"] = self.layout.tables["first"]
         self.layout.instances["next_event"] = of.NO_EVENT
         self.layout.bus[:] = 0.0
+        self.layout.metrics["time"] = np.nan
         for place, (name, variable) in self._unfed.items():
             self.layout.bus[place] = float(self.instances[name].start_value(variable))
 
@@ -227,6 +231,7 @@ class Program:
             jumps=np.unique(np.concatenate([table.jumps() for _, table in tables] or [np.empty(0)])),
             event_places=np.array([self._places[port] for port in _event_ports(self.system)], np.int32),
             recorded=np.array([self._places[port] for port in recorded], np.int32),
+            metrics=metric_rows(self._metrics, self._places),
             step_program=np.array(programs["step"], np.int32).reshape(-1, 2),
             exchange_program=np.array(programs["exchange"], np.int32).reshape(-1, 2),
             read_program=np.array(programs["read"], np.int32).reshape(-1, 2),

@@ -24,6 +24,7 @@ class Results:
         units: "instance.variable" -> unit, "" if it has none.
         display_units: "instance.variable" -> the unit for people, and its factor: shown = value * factor.
         notes: how events were treated, where not exactly.
+        metrics: the metrics that were asked for, by name.
     """
 
     time: np.ndarray
@@ -31,6 +32,7 @@ class Results:
     units: Mapping[str, str] = field(default_factory=dict)
     display_units: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    metrics: Mapping[str, float] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """The values of "instance.variable"; "time" for the time. Raises ModelError with the nearest name."""

@@ -21,6 +21,7 @@ from shaper_fmu.master.algorithms import ALGORITHMS, Algorithm
 from shaper_fmu.master.events import Treatment, treat_events
 from shaper_fmu.master.faults import fault_error, warning_notes
 from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.metrics import Metric, check_metrics, metric_values
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.system import System
@@ -34,22 +35,24 @@ Progress = Callable[[float], None]
 class Simulation:
     """Live instances of a system, to be run once or, by `reset`, many times. Close it, or use it in a with statement.
 
-    `record` names the variables to record ("instance.variable"); all outputs if None. Raises ModelError if the system
-    has a problem, SimulationError if an FMU cannot be instantiated.
+    `record` names the variables to record ("instance.variable"); all outputs if None. `metrics` are computed while the
+    system is stepped (see metrics.py): with record=[] no trajectory is kept. Raises ModelError if the system has a problem,
+    SimulationError if an FMU cannot be instantiated.
     """
 
-    def __init__(self, system: System, record: Sequence[str] | None = None):
+    def __init__(self, system: System, record: Sequence[str] | None = None, metrics: Mapping[str, Metric] | None = None):
         problems = system.check()
         if problems:
             raise ModelError(problems)
         self.system = system
         self.instances: dict[str, Instance] = {}
         self._recorded = system.ports(record)
+        self._metrics = dict(metrics or {})
+        check_metrics(self._metrics)
         self._fresh = True
-        self._programs: dict[tuple[str, bool], Program] = {}
+        self._programs: dict[tuple[object, ...], Program] = {}
         try:
-            for name, fmu in system.fmus.items():
-                self.instances[name] = Instance(name, fmu, name not in system.without_event_mode)
+            self._instantiate(treat_events(system, None).exact)
         except BaseException:
             self.close()
             raise
@@ -79,6 +82,18 @@ class Simulation:
             instance.reset()
         self._fresh = True
 
+    def _instantiate(self, exact: bool) -> None:
+        """Make the instances that are missing, or that have event mode where steps do not end at events, or the reverse."""
+        for name, fmu in self.system.fmus.items():
+            event_mode = exact and fmu.has_event_mode and name not in self.system.without_event_mode
+            known = self.instances.get(name)
+            if known is not None and known.event_mode == event_mode:
+                continue
+            if known is not None:
+                self._programs.clear()  # they know the instance by its address
+                known.close()
+            self.instances[name] = Instance(name, fmu, event_mode)
+
     def run(
         self,
         stop_time: float,
@@ -103,9 +118,6 @@ class Simulation:
             raise ModelError([f"there is no algorithm {algorithm!r}.{nearest(algorithm, ALGORITHMS)}"])
         if not (all(map(math.isfinite, (start_time, stop_time, step))) and step > 0.0 and stop_time >= start_time):
             raise ModelError([f"cannot run from {start_time} s to {stop_time} s in steps of {step} s"])
-        if not self._fresh:
-            self.reset()
-        self._fresh = False
         if step < 16.0 * math.ulp(max(abs(start_time), abs(stop_time))) or (stop_time - start_time) / step > _MOST_STEPS:
             raise ModelError(
                 [f"steps of {step} s from {start_time} s to {stop_time} s are too small or too many ({_MOST_STEPS:g} at most)"]
@@ -113,6 +125,10 @@ class Simulation:
         steps = math.ceil((stop_time - start_time) / step * (1.0 - 1e-12) - 1e-9)
         self._check_last_step(start_time + steps * step, stop_time, step)
         treatment = treat_events(self.system, exact)
+        if not self._fresh:
+            self.reset()
+        self._fresh = False
+        self._instantiate(treatment.exact)
         program = self._program(algorithm, treatment)
         control = np.zeros(1, of.CONTROL).view(np.recarray)[0]
         control.start = control.t = start_time
@@ -124,10 +140,10 @@ class Simulation:
         return self._stepped(program, control, progress, treatment.notes)
 
     def _program(self, algorithm: str, treatment: Treatment) -> Program:
-        key = (algorithm, treatment.exact)
+        key = (algorithm, treatment.exact, treatment.notes)
         if key not in self._programs:
             connections = treatment.connections
-            self._programs[key] = Program(self.system, self.instances, self._recorded, algorithm, connections)
+            self._programs[key] = Program(self.system, self.instances, self._recorded, algorithm, connections, self._metrics)
         return self._programs[key]
 
     def _stepped(self, program: Program, control: Any, progress: Progress | None, notes: tuple[str, ...]) -> Results:
@@ -218,4 +234,11 @@ class Simulation:
         for name, column in zip(names, record.T, strict=True):
             if np.isnan(column).any():
                 notes = (*notes, f"{name} is no number from t = {times[np.isnan(column).argmax()]:.15g} s on")
-        return Results(times, dict(zip(names, record.T.copy(), strict=True)), units, displays, notes)
+        return Results(
+            times,
+            dict(zip(names, record.T.copy(), strict=True)),
+            units,
+            displays,
+            notes,
+            metric_values(self._metrics, program.layout.metrics),
+        )
