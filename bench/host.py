@@ -28,22 +28,24 @@ def this_platform() -> Platform:
     return PLATFORMS[fmpy.platform_tuple]
 
 
-def compiled_host() -> Path:
-    """The host for this machine, from the cache or compiled. Ends the program with the compiler's words if that fails."""
-    source = Path(__file__).with_name("host.c")
+def compiled(name: str, options: Sequence[str] = ()) -> Path:
+    """A C file of this folder compiled for this machine, from the cache or anew. Ends the program with the compiler's words
+    if that fails."""
+    source = Path(__file__).with_name(name)
     includes = Path(fmpy.__file__).parent / "c-code"
-    flags = ["-O2", "-std=c11", "-D_GNU_SOURCE", f"-I{includes}", "-ldl", "-lm"]
+    flags = ["-O2", "-std=c11", "-D_GNU_SOURCE", f"-I{includes}", *options, "-ldl", "-lm"]
 
     def make() -> bytes:
         with tempfile.TemporaryDirectory() as folder:
-            target = Path(folder) / "host"
+            target = Path(folder) / source.stem
             command = [sys.executable, "-m", "ziglang", "cc", str(source), *flags, "-o", str(target)]
             done = subprocess.run(command, capture_output=True, text=True, check=False)
             if done.returncode:
                 raise SystemExit(f"compiling {source} failed:\n{done.stderr}")
             return target.read_bytes()
 
-    path = cached("bench", f"host-{digest(source.read_bytes(), toolchain_version(), fmpy.platform_tuple)}", make)
+    key = digest(source.read_bytes(), *options, toolchain_version(), fmpy.platform_tuple)
+    path = cached("bench", f"{source.stem}-{key}", make)
     path.chmod(0o755)
     return path
 
@@ -83,7 +85,7 @@ def measure(fmus: Sequence[Hosted], rounds: int, python: Path | None = None) -> 
 
     `python` is a library to be made global before, for pythonfmu's wrapper. Ends the program with the host's words if it fails.
     """
-    words: list[object] = [compiled_host(), STEP, STEPS, rounds, python or "-"]
+    words: list[object] = [compiled("host.c"), STEP, STEPS, rounds, python or "-"]
     for fmu in fmus:
         words += [fmu.version, fmu.library, fmu.token, fmu.resources, fmu.inlet, fmu.outlet, fmu.passes]
     command = [str(word) for word in words]

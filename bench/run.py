@@ -7,8 +7,9 @@ import tempfile
 import time
 from pathlib import Path
 
+from bare_calls import loop_vs_bare_calls
 from harness import REPETITIONS, Row
-from master_loop import master_vs_fmpy_loop
+from masters import MASTERS
 from native import (
     native_fmi3_vs_fmi2,
     native_set_step_get,
@@ -20,19 +21,14 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from shaper_fmu import find_component
-from shaper_fmu.export.pythonfmu_backend import build_fmu as build_python_fmu
-
-PAIRS = (native_vs_pythonfmu, native_vs_pythonfmu_input_shaper, native_vs_handwritten_c, native_fmi3_vs_fmi2)
+PAIRS = (loop_vs_bare_calls, native_vs_pythonfmu, native_vs_pythonfmu_input_shaper, native_vs_handwritten_c, native_fmi3_vs_fmi2)
 
 
 def measured(folder: Path, console: Console) -> list[Row]:
-    """All rows; FMUs are built into `folder`, those for the loop by pythonfmu."""
-    for name in ("InputShaper", "MotionProfile", "MassSpringDamper"):
-        build_python_fmu(find_component(name), folder)
+    """All rows; FMUs are built into `folder`."""
     rows = []
     with console.status("") as status:
-        for pair in (master_vs_fmpy_loop, *PAIRS):
+        for pair in (*MASTERS, *PAIRS):
             status.update(pair.__name__)
             rows.append(pair(folder))
         status.update(native_set_step_get.__name__)

@@ -9,254 +9,73 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from shaper_fmu.component import time_rounding as _rounding
 from shaper_fmu.master import layout as of
-from shaper_fmu.master.calls import (
-    fmi2_do_step,
-    fmi2_transfer,
-    fmi3_do_step,
-    fmi3_transfer,
-    fmi3_update,
-    pointer_to,
-    read_f4,
-    read_f8,
-    read_i1,
-    read_i2,
-    read_i4,
-    read_i8,
-    read_u1,
-    read_u2,
-    read_u4,
-    read_u8,
-    simple_call,
-    write_f4,
-    write_f8,
-    write_i1,
-    write_i2,
-    write_i4,
-    write_i8,
-    write_u1,
-    write_u2,
-    write_u4,
-    write_u8,
-)
+from shaper_fmu.master.calls import fmi2_do_step, fmi3_do_step, fmi3_update, pointer_to, read_f8, read_u1, simple_call
+from shaper_fmu.master.transfers import compiled, fail, get_values, inlined, judge, set_values
 
-_compile = numba.njit(cache=True, nogil=True, error_model="numpy")
-_inline = numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=True)  # a system is many arguments
-_rounding = _inline(_rounding)
+_rounding = inlined(_rounding)
 _MOST_UPDATES = 100
 _CUT = 2  # at_event: the step has been shortened
-_LARGEST_F4 = float(np.finfo(np.float32).max)
 GOING_ON, FINISHED, FULL, FAULT = range(4)
 
 
-@_inline
+@inlined
 def _opened(addresses):
     """The system behind its addresses. Arrays that nobody owns need no counting of references in the loop."""
     return of.Layout(
         carray(pointer_to(addresses[0, 0]), addresses[0, 1], of.INSTANCE),  # pyright: ignore[reportCallIssue]
         carray(pointer_to(addresses[1, 0]), addresses[1, 1], of.TRANSFER),
-        carray(pointer_to(addresses[2, 0]), addresses[2, 1], np.uint32),
-        carray(pointer_to(addresses[3, 0]), addresses[3, 1], np.int32),
+        carray(pointer_to(addresses[2, 0]), addresses[2, 1], of.ELEMENT),
+        carray(pointer_to(addresses[3, 0]), addresses[3, 1], np.uint32),
         carray(pointer_to(addresses[4, 0]), addresses[4, 1], np.float64),
         carray(pointer_to(addresses[5, 0]), addresses[5, 1], np.float64),
-        carray(pointer_to(addresses[6, 0]), addresses[6, 1], np.float64),
+        carray(pointer_to(addresses[6, 0]), addresses[6, 1], of.TABLE),
         carray(pointer_to(addresses[7, 0]), addresses[7, 1], np.float64),
-        carray(pointer_to(addresses[8, 0]), addresses[8, 1], of.TABLE),
+        carray(pointer_to(addresses[8, 0]), addresses[8, 1], np.float64),
         carray(pointer_to(addresses[9, 0]), addresses[9, 1], np.float64),
-        carray(pointer_to(addresses[10, 0]), addresses[10, 1], np.float64),
-        carray(pointer_to(addresses[11, 0]), addresses[11, 1], np.float64),
-        carray(pointer_to(addresses[12, 0]), addresses[12, 1], np.int32),
-        carray(pointer_to(addresses[13, 0]), addresses[13, 1], np.int32),
-        carray(pointer_to(addresses[14, 0]), addresses[14, 1], of.METRIC),
+        carray(pointer_to(addresses[10, 0]), addresses[10, 1], np.int32),
+        carray(pointer_to(addresses[11, 0]), addresses[11, 1], np.int32),
+        carray(pointer_to(addresses[12, 0]), addresses[12, 1], of.METRIC),
+        carray(pointer_to(addresses[13, 0]), (addresses[13, 1], 2), np.int32),
+        carray(pointer_to(addresses[14, 0]), (addresses[14, 1], 2), np.int32),
         carray(pointer_to(addresses[15, 0]), (addresses[15, 1], 2), np.int32),
-        carray(pointer_to(addresses[16, 0]), (addresses[16, 1], 2), np.int32),
-        carray(pointer_to(addresses[17, 0]), (addresses[17, 1], 2), np.int32),
     )
 
 
-@_compile
-def _fail(control, fault, status, where, element, t):
-    control.fault = fault
-    control.fault_status = status
-    control.fault_where = where
-    control.fault_element = element
-    control.fault_time = t
-    return False
-
-
-@_inline
-def _judge(control, status, where, t, function=-1):
-    """Whether a call's status lets the run go on; warnings are counted."""
-    if status == 0:
-        return True
-    if status == 1:
-        control.warnings += 1
-        control.warned = where
-        return True
-    return _fail(control, of.CALL_FAILED, status, where, function, t)
-
-
-@_inline
-def _put(kind, at, value):
-    """Write a value in its type; False if it does not fit."""
-    if kind == of.F8:
-        write_f8(at, value)
-        return True
-    if kind == of.BOOLEAN2:
-        write_i4(at, np.int32(1 if value != 0.0 else 0))
-        return True
-    return _put_other(kind, at, value)
-
-
-@_compile
-def _put_other(kind, at, value):
-    if kind == of.BOOLEAN3:
-        write_u1(at, np.uint8(1 if value != 0.0 else 0))
-        return True
-    if kind == of.F4:
-        write_f4(at, np.float32(value))
-        return abs(value) <= _LARGEST_F4
-    whole = math.floor(value + 0.5)
-    bits = 8 if kind <= of.U1 else 16 if kind <= of.U2 else 32 if kind <= of.U4 else 64
-    signed = kind == of.I1 or kind == of.I2 or kind == of.I4 or kind == of.I8
-    low = -(2.0 ** (bits - 1)) if signed else 0.0
-    if not low <= whole < 2.0 ** (bits - 1 if signed else bits):
-        return False
-    if kind == of.I4:
-        write_i4(at, np.int32(whole))
-    elif kind == of.I8:
-        write_i8(at, np.int64(whole))
-    elif kind == of.U8:
-        write_u8(at, np.uint64(whole))
-    elif kind == of.U4:
-        write_u4(at, np.uint32(whole))
-    elif kind == of.I2:
-        write_i2(at, np.int16(whole))
-    elif kind == of.U2:
-        write_u2(at, np.uint16(whole))
-    elif kind == of.I1:
-        write_i1(at, np.int8(whole))
-    else:
-        write_u1(at, np.uint8(whole))
-    return True
-
-
-@_inline
-def _taken(kind, at):
-    """A value of any type as a double."""
-    if kind == of.F8:
-        return read_f8(at)
-    return _taken_other(kind, at)
-
-
-@_compile
-def _taken_other(kind, at):
-    if kind == of.BOOLEAN2:
-        return 1.0 if read_i4(at) != 0 else 0.0
-    if kind == of.BOOLEAN3:
-        return 1.0 if read_u1(at) != 0 else 0.0
-    if kind == of.I4:
-        return float(read_i4(at))
-    if kind == of.I8:
-        return float(read_i8(at))
-    if kind == of.F4:
-        return float(read_f4(at))
-    if kind == of.U4:
-        return float(read_u4(at))
-    if kind == of.U8:
-        return float(read_u8(at))
-    if kind == of.I2:
-        return float(read_i2(at))
-    if kind == of.U2:
-        return float(read_u2(at))
-    if kind == of.I1:
-        return float(read_i1(at))
-    return float(read_u1(at))
-
-
-@_inline
-def _size(kind):
-    if kind == of.F8 or kind == of.I8 or kind == of.U8:
-        return 8
-    if kind == of.I1 or kind == of.U1 or kind == of.BOOLEAN3:
-        return 1
-    return 2 if kind == of.I2 or kind == of.U2 else 4
-
-
-@_inline
-def _call_transfer(instances, transfer):
-    instance = instances[transfer.instance]
-    count = np.uintp(transfer.reference_count)
-    if instance.version == 2:
-        return fmi2_transfer(transfer.function, (instance.handle, transfer.references, count, transfer.values))
-    elements = np.uintp(transfer.element_count)
-    return fmi3_transfer(transfer.function, (instance.handle, transfer.references, count, transfer.values, elements))
-
-
-@_inline
-def _set(system, control, number, t):
-    transfer = system.transfers[number]
-    size = np.uintp(_size(transfer.kind))
-    at = transfer.values
-    for i in range(transfer.element_count):
-        k = transfer.elements + i
-        value = system.gains[k] * system.bus[system.places[k]] + system.shifts[k]
-        if not math.isfinite(value):
-            return _fail(control, of.NOT_FINITE, 0, number, i, t)
-        if not _put(transfer.kind, at, value):
-            return _fail(control, of.NOT_IN_RANGE, 0, number, i, t)
-        at += size
-    return _judge(control, _call_transfer(system.instances, transfer), number, t)
-
-
-@_inline
-def _get(system, control, number, t):
-    transfer = system.transfers[number]
-    if not _judge(control, _call_transfer(system.instances, transfer), number, t):
-        return False
-    size = np.uintp(_size(transfer.kind))
-    at = transfer.values
-    for i in range(transfer.element_count):
-        system.bus[system.places[transfer.elements + i]] = _taken(transfer.kind, at)
-        at += size
-    return True
-
-
-@_inline
+@inlined
 def _step(system, control, number, t, h, stepped):
-    instance = system.instances[number]
+    instance = system.instances[np.uintp(number)]
     if instance.version == 2:
-        return _judge(control, fmi2_do_step(instance.do_step, (instance.handle, t, h, np.int32(1))), -1 - number, t)
+        return judge(control, fmi2_do_step(instance.do_step, (instance.handle, t, h, np.int32(1))), -1 - number, t)
     return _step3(system.instances, control, number, t, h, stepped)
 
 
-@_compile
+@compiled
 def _step3(instances, control, number, t, h, stepped):
     instance = instances[number]
     a = instance.answers
     arguments = (instance.handle, t, h, np.uint8(1), a + np.uintp(8), a + np.uintp(9), a + np.uintp(10), a)
-    if not _judge(control, fmi3_do_step(instance.do_step, arguments), -1 - number, t):
+    if not judge(control, fmi3_do_step(instance.do_step, arguments), -1 - number, t):
         return False
     if read_u1(a + np.uintp(9)):
-        return _fail(control, of.TERMINATED, 0, -1 - number, -1, read_f8(a))
+        return fail(control, of.TERMINATED, 0, -1 - number, -1, read_f8(a))
     if instance.event_mode and read_u1(a + np.uintp(8)):
         control.at_event = 1
     reached = read_f8(a)
     if read_u1(a + np.uintp(10)) and reached < t + h - _rounding(t, h):
         if not control.cut or stepped > 0 or not reached > t + _rounding(t, h):
-            return _fail(control, of.EARLY_RETURN, 0, -1 - number, -1, reached)
+            return fail(control, of.EARLY_RETURN, 0, -1 - number, -1, reached)
         control.target = reached
         control.at_grid = 0
         control.at_event = _CUT
     return True
 
 
-@_inline
+@inlined
 def _tables(system, t):
     """Values of the tables at t, from the right where they jump; rows count as reached in spite of rounding."""
     for i in range(system.tables.size):
@@ -272,7 +91,7 @@ def _tables(system, t):
         system.bus[table.place] = value
 
 
-@_inline
+@inlined
 def execute(system, control, program, t, h):
     """Run a program of transfers and steps over [t, t + h]; False if something failed, told in `control`.
 
@@ -282,9 +101,9 @@ def execute(system, control, program, t, h):
     for i in range(program.shape[0]):
         code, number = program[i, 0], program[i, 1]
         if code == of.SET:
-            going = _set(system, control, number, t + h if control.exchange else t)
+            going = set_values(system, control, number, t + h if control.exchange else t)
         elif code == of.GET:
-            going = _get(system, control, number, t + h)
+            going = get_values(system, control, number, t + h)
         elif code == of.STEP:
             going = _step(system, control, number, t, h, stepped)
             stepped += 1
@@ -299,7 +118,7 @@ def execute(system, control, program, t, h):
     return True
 
 
-@_inline
+@inlined
 def plan(system, control):
     """Where the next step ends: at the next point of the grid, or at the earliest event before it."""
     last = control.done + 1 >= control.steps
@@ -325,7 +144,7 @@ def plan(system, control):
     control.at_event = 0
 
 
-@_inline
+@inlined
 def _is_event(system, control, near):
     """Whether an announced event is at the target."""
     for i in range(system.event_places.size):
@@ -337,34 +156,34 @@ def _is_event(system, control, near):
     return control.jump < system.jumps.size and abs(system.jumps[control.jump] - control.target) <= near
 
 
-@_inline
+@inlined
 def _update(system, control, number, t):
     """Update an instance's discrete states; 1 if it needs another one, 0 if not, -1 if it failed."""
     instance = system.instances[number]
     a = instance.answers
     flags = a + np.uintp(8), a + np.uintp(9), a + np.uintp(10), a + np.uintp(11), a + np.uintp(12)
     arguments = (instance.handle, flags[0], flags[1], flags[2], flags[3], flags[4], a)
-    if not _judge(control, fmi3_update(instance.update, arguments), -1 - number, t, 3):
+    if not judge(control, fmi3_update(instance.update, arguments), -1 - number, t, 3):
         return -1
     if read_u1(flags[1]):
-        _fail(control, of.TERMINATED, 0, -1 - number, 3, t)
+        fail(control, of.TERMINATED, 0, -1 - number, 3, t)
         return -1
     instance.next_event = read_f8(a) if read_u1(flags[4]) else of.NO_EVENT
     return 1 if read_u1(flags[0]) else 0
 
 
-@_inline
+@inlined
 def _all_in_mode(system, control, entering, t):
     for i in range(system.instances.size):
         instance = system.instances[i]
         if instance.event_mode:
             address = instance.enter_event_mode if entering else instance.enter_step_mode
-            if not _judge(control, simple_call(address, (instance.handle,)), -1 - i, t, 1 if entering else 2):
+            if not judge(control, simple_call(address, (instance.handle,)), -1 - i, t, 1 if entering else 2):
                 return False
     return True
 
 
-@_inline
+@inlined
 def handle_event(system, control, t, entering):
     """Exchange values at t until nothing changes any more; instances with event mode go through it."""
     if entering and not _all_in_mode(system, control, True, t):
@@ -387,10 +206,10 @@ def handle_event(system, control, t, entering):
             return False
         if again == 0:
             return _all_in_mode(system, control, False, t)
-    return _fail(control, of.ENDLESS_EVENTS, 0, -1 - asking, 3, t)
+    return fail(control, of.ENDLESS_EVENTS, 0, -1 - asking, 3, t)
 
 
-@_inline
+@inlined
 def _measure(system, t):
     """Take the values at t into the metrics; see metrics.py for what they are."""
     for i in range(system.metrics.size):
@@ -420,19 +239,22 @@ def _measure(system, t):
         m.time = t
 
 
-@_inline
+@inlined
 def note(system, control, times, record, left):
     """Record a row; on the grid alone unless events are wanted, too."""
+    if control.silent:
+        return
     _measure(system, control.t)
     if not control.everywhere and (left or not control.at_grid):
         return
-    times[control.rows] = control.t
-    for i in range(system.recorded.size):
-        record[control.rows, i] = system.bus[system.recorded[i]]
+    row = np.uintp(control.rows)
+    times[row] = control.t
+    for i in range(np.uintp(system.recorded.size)):
+        record[row, i] = system.bus[np.uintp(system.recorded[i])]
     control.rows += 1
 
 
-@_inline
+@inlined
 def take_step(system, control, times, record):
     """Step to the planned target and record; False if something failed."""
     t, target = control.t, control.target
@@ -457,7 +279,7 @@ def take_step(system, control, times, record):
     return True
 
 
-@_compile
+@compiled
 def run(addresses, control, times, record, most):
     """Take up to `most` macro steps; returns GOING_ON, FINISHED, FULL (no room in the record) or FAULT."""
     system = _opened(addresses)
@@ -472,26 +294,26 @@ def run(addresses, control, times, record, most):
     return FINISHED if control.done >= control.steps else GOING_ON
 
 
-@_compile
+@compiled
 def plan_step(addresses, control):
     """Only plan a step: where inputs are given by Python functions, they are asked before it is taken."""
     plan(_opened(addresses), control)
 
 
-@_compile
+@compiled
 def take_planned_step(addresses, control, times, record):
     """Take the planned step; False if something failed."""
     return take_step(_opened(addresses), control, times, record)
 
 
-@_compile
+@compiled
 def initialize(addresses, control, t):
     """Read all outputs and spread them over the connections, in initialization mode."""
     system = _opened(addresses)
     return execute(system, control, system.read_program, t, 0.0) and execute(system, control, system.exchange_program, t, 0.0)
 
 
-@_compile
+@compiled
 def begin(addresses, control, t, in_event_mode):
     """Read all outputs after initialization, and leave event mode if an instance is in it."""
     system = _opened(addresses)
@@ -500,7 +322,7 @@ def begin(addresses, control, t, in_event_mode):
     return not in_event_mode or handle_event(system, control, t, False)
 
 
-@_compile
+@compiled
 def first_row(addresses, control, times, record):
     """Record the row of the start."""
     note(_opened(addresses), control, times, record, False)

@@ -35,8 +35,7 @@ def fault_error(program: Program, instances: Mapping[str, Instance], control: An
         return instance.failure(function, int(control.fault_status), when)
     if fault in (of.NOT_FINITE, of.NOT_IN_RANGE):
         element = int(control.fault_element)
-        transfer = program.layout.transfers[where]
-        value = program.layout.bus[program.layout.places[transfer["elements"] + element]]
+        value = program.layout.bus[program.sources[where][element]]
         words = (
             "" if fault == of.NOT_FINITE else f", which does not fit into its type {instance.fmu.variables[elements[element]].type}"
         )

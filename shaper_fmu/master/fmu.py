@@ -26,6 +26,8 @@ _RANGES = {"Integer": (-(2**31), 2**31), "Enumeration": (-(2**31), 2**31)}
 for _bits in (8, 16, 32, 64):
     _TYPES |= {f"Int{_bits}": int, f"UInt{_bits}": int}
     _RANGES |= {f"Int{_bits}": (-(2 ** (_bits - 1)), 2 ** (_bits - 1)), f"UInt{_bits}": (0, 2**_bits)}
+TRANSFERABLE = ("real", "integer", "boolean", "enumeration")
+"""What `kind_of` tells of variables that a master moves; texts, binaries and clocks stay where they are."""
 _BOOLEANS = {"true": True, "false": False, "1": True, "0": False}
 
 
@@ -182,7 +184,7 @@ def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int 
     try:
         if kind is bool and isinstance(value, str):
             return _BOOLEANS[value.lower()]
-        if kind is not float and float(value) != int(value):
+        if kind is not float and not isinstance(value, int) and float(value) != int(value):
             raise ValueError
         if kind is bool and int(value) not in (0, 1):
             raise ValueError

@@ -26,7 +26,7 @@ from shaper_fmu.master.fmu import Fmu, typed_value
 _FAILED = {
     2: "was refused (Discard)",
     3: "failed",
-    4: "failed beyond repair (Fatal)",
+    4: "failed",
     5: "goes on in the background (Pending), which this master does not support",
 }
 """What a status above Warning means, as part of a message."""
@@ -96,6 +96,12 @@ class Instance:
         finally:
             os.chdir(folder)  # fmpy leaves it where a library cannot be loaded
         self.usable = True
+        self._keep_log_quiet()
+
+    def _keep_log_quiet(self) -> None:
+        """Errors and warnings are wanted, but not a message for each event: it costs time and pushes the others out."""
+        if any(category.name == "logEvents" for category in self.fmu.description.logCategories):
+            self.call("setDebugLogging", False, ["logEvents"])
 
     def _instantiated(self) -> FMU2Slave | FMU3Slave:
         description = self.fmu.description
@@ -188,7 +194,8 @@ class Instance:
         said = [text.removeprefix("Fatal py exception encountered: ").split("PyObject_CallMethod\n")[-1] for text in self.log]
         words = f": {'; '.join(said[-3:])}" if said else ""
         verb = _FAILED.get(status, f"returned {status}, which is no status")
-        return SimulationError(f"{self.name}{moment(at)}: {function} {verb}{words or ' and gave no message'}")
+        end = " (Fatal: it cannot be used any more)" if status == 4 else ""
+        return SimulationError(f"{self.name}{moment(at)}: {function} {verb}{words or ' and gave no message'}{end}")
 
     def start_value(self, name: str) -> float | int | bool:
         """The value that an element has been set to, or its start value."""
@@ -231,6 +238,29 @@ class Instance:
         if kind == "Enumeration":
             return "Int64" if self.fmu.version == 3 else "Integer"
         return kind
+
+    def can_save_states(self) -> bool:
+        """Whether the FMU saves and restores its state."""
+        capabilities = self.fmu.co_simulation
+        return bool(getattr(capabilities, "canGetAndSetFMUState", False) or getattr(capabilities, "canGetAndSetFMUstate", False))
+
+    def save_state(self) -> Any:
+        """The FMU's state, to be restored and freed."""
+        return self._of_state("get")
+
+    def restore_state(self, state: Any) -> None:
+        """Bring the FMU back to a saved state."""
+        self._of_state("set", state)
+
+    def free_state(self, state: Any) -> None:
+        """Forget a saved state."""
+        self._of_state("free", state)
+
+    def _of_state(self, verb: str, *state: Any) -> Any:
+        try:
+            return getattr(self.slave, f"{verb}FMU{'State' if self.fmu.version == 3 else 'state'}")(*state)
+        except FMICallException as error:
+            raise self.failure(error.function, error.status) from None
 
     def close(self) -> None:
         """Free the instance; after a fatal status FMI does not allow even that, so it is left alone."""

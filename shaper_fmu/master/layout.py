@@ -28,16 +28,19 @@ INSTANCE = np.dtype(
 TRANSFER = np.dtype(
     [
         ("function", "u8"),
-        ("instance", "i4"),
+        ("handle", "u8"),
+        ("version", "i4"),
         ("kind", "i4"),
         ("references", "u8"),  # their address
-        ("reference_count", "i4"),
-        ("elements", "i4"),  # first of them
-        ("element_count", "i4"),
+        ("reference_count", "u8"),
+        ("elements", "u8"),  # address of the first of them
+        ("element_count", "u8"),
         ("values", "u8"),  # their address
     ],
     align=True,
 )
+
+ELEMENT = np.dtype([("bus", "u8"), ("gain", "f8"), ("shift", "f8")], align=True)  # the address of its place on the bus
 
 TABLE = np.dtype(
     [("place", "i4"), ("linear", "i4"), ("first", "i4"), ("count", "i4"), ("cursor", "i4")],
@@ -77,6 +80,7 @@ CONTROL = np.dtype(
         ("at_grid", "i4"),  # whether the target is a point of the grid
         ("at_event", "i4"),
         ("everywhere", "i4"),  # whether rows are recorded at events, too, on both sides
+        ("silent", "i4"),  # nothing is recorded or measured: the step may be taken back
         ("exchange", "i4"),  # whether values are exchanged after each step (jacobi)
         ("cut", "i4"),  # whether an early return may end the step for all
         ("jump", "i4"),  # the next one of the tables
@@ -114,10 +118,8 @@ class Layout(NamedTuple):
 
     instances: np.ndarray
     transfers: np.ndarray
+    elements: np.ndarray
     references: np.ndarray
-    places: np.ndarray
-    gains: np.ndarray  # of elements that are set: value = gain * bus + shift
-    shifts: np.ndarray
     memory: np.ndarray  # addresses in the tables above point into it
     bus: np.ndarray
     tables: np.ndarray

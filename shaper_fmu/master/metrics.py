@@ -6,7 +6,7 @@ They see every macro step, and both sides of every event.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -163,7 +163,7 @@ def metric_variables(metrics: Mapping[str, Metric]) -> list[str]:
     return list(dict.fromkeys(name for metric in metrics.values() for name in metric.variables() if name))
 
 
-def metric_values(metrics: Mapping[str, Metric], rows: Sequence[Any]) -> dict[str, float]:
+def metric_values(metrics: Mapping[str, Metric], rows: Iterable[Any]) -> dict[str, float]:
     """The values at the end of a run."""
     return {name: metric.value(row) for (name, metric), row in zip(metrics.items(), rows, strict=True)}
 

@@ -11,7 +11,7 @@ from fmpy.model_description import ModelVariable
 
 from shaper_fmu.errors import ModelError
 from shaper_fmu.master import layout as of
-from shaper_fmu.master.fmu import Fmu
+from shaper_fmu.master.fmu import Fmu, kind_of
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.metrics import Metric, metric_rows, metric_variables
 from shaper_fmu.master.signals import Signal, Table
@@ -44,6 +44,7 @@ class _Writer:
     labels: list[tuple[str, str, list[str]]] = field(default_factory=list)  # instance, function and elements of each transfer
     references: list[int] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
+    grouped: list[list[int]] = field(default_factory=list)  # the places of each transfer
     scalings: list[tuple[float, float]] = field(default_factory=list)  # of the elements, as they are set
     size: int = 0
 
@@ -65,12 +66,14 @@ class _Writer:
         elements = [element for _, group in wholes for element in group]
         full_name = f"fmi{instance.fmu.version}{verb}{function}"
         self.size = -(-self.size // 8) * 8
-        first = len(self.references), len(wholes), len(self.places), len(elements)
-        row = (instance.address(full_name), self.numbers[name], kind, *first, self.size)
+        counts = len(self.references), len(wholes), len(self.places), len(elements)
+        handle, version = instance.entry_points()[:2]
+        row = (instance.address(full_name), handle, version, kind, *counts, self.size)
         self.transfers.append(row)
         self.labels.append((name, full_name, elements))
         self.references += [reference for reference, _ in wholes]
-        self.places += [place(element) for element in elements]
+        self.grouped.append([place(element) for element in elements])
+        self.places += self.grouped[-1]
         self.scalings += [self.scaled.get((name, element), (1.0, 0.0)) for element in elements]
         self.size += of.SIZES[kind] * len(elements)
         return (of.SET if verb == "Set" else of.GET, len(self.transfers) - 1)
@@ -84,6 +87,7 @@ class Program:
         signals: places on the bus of signals that are Python functions, and the functions.
         labels: for each transfer, the instance, the FMI function and the names of the elements.
         names: the instances by number.
+        sources: for each transfer, where its elements are on the bus.
     """
 
     def __init__(
@@ -121,6 +125,13 @@ class Program:
         self.layout.metrics["time"] = np.nan
         for place, (name, variable) in self._unfed.items():
             self.layout.bus[place] = float(self.instances[name].start_value(variable))
+
+    def continuous_places(self) -> np.ndarray:
+        """Places on the bus of real outputs, but for announced times of events."""
+        events = _event_ports(self.system)
+        ports = [key for key in self._places if len(key) == 2 and key not in events]
+        reals = [port for port in ports if kind_of(self.system.fmus[port[0]].variables[port[1]]) == "real"]
+        return np.array([self._places[port] for port in reals], np.int64)
 
     def _inputs_of(self, name: str) -> list[str]:
         return [variable for instance, variable in [*self.system.signals, *self.connections] if instance == name]
@@ -206,6 +217,11 @@ class Program:
         transfers = np.array(writer.transfers, of.TRANSFER)
         transfers["values"] += np.uint64(memory.ctypes.data)
         transfers["references"] = transfers["references"] * 4 + np.uint64(references.ctypes.data)
+        bus, elements = np.zeros(max(1, len(self._places))), np.zeros(max(1, len(writer.places)), of.ELEMENT)
+        transfers["elements"] = transfers["elements"] * of.ELEMENT.itemsize + np.uint64(elements.ctypes.data)
+        for element, place, (gain, shift) in zip(elements, writer.places, writer.scalings, strict=False):
+            element["bus"], element["gain"], element["shift"] = bus.ctypes.data + 8 * place, gain, shift
+        self.sources = writer.grouped
         for i, instance in enumerate(self.instances.values()):
             instances[i] = (*instance.entry_points(), memory.ctypes.data + answers + 64 * i, of.NO_EVENT)
         tables = [
@@ -219,12 +235,10 @@ class Program:
         return of.Layout(
             instances=instances,
             transfers=transfers,
+            elements=elements,
             references=references,
-            places=np.array(writer.places or [0], np.int32),
-            gains=np.array([gain for gain, _ in writer.scalings] or [1.0]),
-            shifts=np.array([shift for _, shift in writer.scalings] or [0.0]),
             memory=memory,
-            bus=np.zeros(max(1, len(self._places))),
+            bus=bus,
             tables=rows,
             table_times=joined[0],
             table_values=joined[1],

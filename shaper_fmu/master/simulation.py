@@ -24,6 +24,7 @@ from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.metrics import Metric, check_metrics, metric_values
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
+from shaper_fmu.master.step_control import StepControl
 from shaper_fmu.master.system import System
 
 _MOST_STEPS = 1e8
@@ -104,13 +105,15 @@ class Simulation:
         start_values: Mapping[str, Any] | None = None,
         exact: bool | None = None,
         everywhere: bool = False,
+        tolerance: float | None = None,
         progress: Progress | None = None,
     ) -> Results:
         """Run from start_time to stop_time with communication steps of `step` [s]; the last one may be shorter.
 
         `algorithm` is one of `ALGORITHMS`; `start_values` ("instance.variable") come on top of the system's. `exact`: steps
         end at events, too; by default where the system allows it (see `treat_events`). `everywhere`: rows are recorded at
-        events, too, on both sides of a jump; else at the communication points alone. Raises SimulationError with the
+        events, too, on both sides of a jump; else at the communication points alone. `tolerance`: the steps are divided so that
+        coupling errs by less than this, relative to 1 + |value|, in each (see step_control.py). Raises SimulationError with the
         instance's name, the time and its last messages when a call fails, and what was recorded until then as its
         `results`, and ModelError for wrong names. After an error the simulation can be run again, unless it was fatal.
         """
@@ -137,7 +140,13 @@ class Simulation:
         control.everywhere, control.exchange = everywhere, algorithm == "jacobi"
         control.cut = treatment.exact and not program.signals  # Python's functions are asked before a step, for its end
         self._initialize(program, control, start_values or {})
-        return self._stepped(program, control, progress, treatment.notes)
+        controller = self._controller(program, control, tolerance) if tolerance is not None else None
+        return self._stepped(program, control, progress, treatment.notes, controller)
+
+    def _controller(self, program: Program, control: Any, tolerance: float) -> StepControl:
+        if not (math.isfinite(tolerance) and tolerance > 0.0):
+            raise ModelError([f"tolerance = {tolerance} must be a positive number"])
+        return StepControl(program, control, tolerance, lambda t: self._feel(program, t))
 
     def _program(self, algorithm: str, treatment: Treatment) -> Program:
         key = (algorithm, treatment.exact, treatment.notes)
@@ -146,7 +155,9 @@ class Simulation:
             self._programs[key] = Program(self.system, self.instances, self._recorded, algorithm, connections, self._metrics)
         return self._programs[key]
 
-    def _stepped(self, program: Program, control: Any, progress: Progress | None, notes: tuple[str, ...]) -> Results:
+    def _stepped(
+        self, program: Program, control: Any, progress: Progress | None, notes: tuple[str, ...], controller: StepControl | None
+    ) -> Results:
         """Step to the end. The record grows where events take more room."""
         rows = int(control.steps) + 2 + (64 if control.everywhere else 0)
         times, record = np.empty(rows), np.empty((rows, len(self._recorded)))
@@ -156,7 +167,9 @@ class Simulation:
         while True:
             begin = time.perf_counter()
             try:
-                if program.signals and control.done < control.steps and control.rows + 2 <= rows:
+                if controller is not None:
+                    code = controller.advance(times, record)
+                elif program.signals and control.done < control.steps and control.rows + 2 <= rows:
                     code = self._step_with_signals(program, control, times, record)
                 else:
                     code = compiled.run(program.addresses, control, times, record, most)
@@ -170,7 +183,9 @@ class Simulation:
                 times, record = (np.concatenate([kept, np.empty_like(kept)]) for kept in (times, record))
             elif code == compiled.FINISHED:
                 break
-            elif not program.signals:  # so long that Python costs nothing, so short that people see progress and can interrupt
+            elif (
+                not program.signals and controller is None
+            ):  # so long that Python costs nothing, so short that people see progress and can interrupt
                 fitting = most * _CHUNK_SECONDS / max(1e-6, time.perf_counter() - begin)
                 most = max(1, min(1 << 24, 16 * most, int(fitting)))
             if progress is not None:

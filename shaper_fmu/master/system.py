@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from fmpy.model_description import BaseUnit
 
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
-from shaper_fmu.master.fmu import Fmu, kind_of, load_fmu
+from shaper_fmu.master.fmu import TRANSFERABLE, Fmu, kind_of, load_fmu
 from shaper_fmu.master.signals import Interpolation, Signal, make_signal, typed_signal
 from shaper_fmu.master.wiring import Port, instance_order, signal_order
 
@@ -106,7 +106,7 @@ class System:
     def _check_types(self, source: Port, target: Port, scaled: bool) -> None:
         kinds = [kind_of(self.fmus[port[0]].variables[port[1]]) for port in (source, target)]
         fits = kinds[0] == kinds[1] or kinds == ["integer", "real"]
-        if not fits or kinds[0] not in ("real", "integer", "boolean", "enumeration"):
+        if not fits or kinds[0] not in TRANSFERABLE:
             output, input_ = (self.fmus[p[0]].variables[p[1]].type for p in (source, target))
             raise ModelError(
                 [f"{'.'.join(source)} is of type {output} but {'.'.join(target)} of type {input_}; they cannot be connected"]
@@ -127,7 +127,8 @@ class System:
         for name, fmu in self.fmus.items():
             for variable in fmu.variables.values():
                 fed = (name, variable.name) in self.connections or (name, variable.name) in self.signals
-                if variable.causality == "input" and not fed and variable.name not in self.start_values[name]:
+                open_ = variable.causality == "input" and not fed and variable.name not in self.start_values[name]
+                if open_ and kind_of(variable) in TRANSFERABLE:  # texts and the like keep the FMU's own start value
                     problems.append(
                         f"input {name}.{variable.name} is not connected: connect it, drive it, or give it a start value"
                     )
@@ -137,11 +138,24 @@ class System:
             problems.append(f"a loop acts on itself without delay: {path}; break it with an FMU that has no direct feedthrough")
         return problems
 
-    def simulate(self, stop_time: float, step: float, **options: Any) -> Results:
-        """Run the system; see `Simulation` and `Simulation.run` for the options (record, start_time, algorithm, progress)."""
+    def simulate(
+        self, stop_time: float, step: float, *, isolate: bool = False, time_limit: float | None = None, **options: Any
+    ) -> Results:
+        """Run the system; see `Simulation` and `Simulation.run` for the options (record, metrics, algorithm, exact, ...).
+
+        With `isolate` it runs in a process of its own, which may crash or hang: that is a SimulationError with the simulated
+        time, as is its end after `time_limit` [s] of wall time, from the first call of an FMU on. ModelError for a limit without
+        isolation, and for an input's function that cannot be sent to the process (it must be importable from a module).
+        """
+        if isolate:
+            from shaper_fmu.master.isolated import simulate_isolated
+
+            return simulate_isolated(self, stop_time, step, time_limit=time_limit, **options)
+        if time_limit is not None:
+            raise ModelError([f"time_limit = {time_limit} s needs a process that can be killed: use isolate=True, too"])
         from shaper_fmu.master.simulation import Simulation
 
-        with Simulation(self, record=options.pop("record", None)) as simulation:
+        with Simulation(self, record=options.pop("record", None), metrics=options.pop("metrics", None)) as simulation:
             return simulation.run(stop_time, step, **options)
 
     def signal_order(self) -> tuple[list[Port], list[Port]]:
@@ -159,9 +173,13 @@ class System:
         return instance_order(list(self.fmus), self.connections, feedthrough)
 
     def ports(self, names: Sequence[str] | None) -> list[Port]:
-        """Variables by "instance.variable"; all outputs if `names` is None. Raises ModelError for each unknown one."""
+        """Variables by "instance.variable"; if `names` is None, all outputs that are numbers or booleans.
+
+        Raises ModelError for each unknown one.
+        """
         if names is None:
-            return [(i, v.name) for i, fmu in self.fmus.items() for v in fmu.variables.values() if v.causality == "output"]
+            outputs = [(i, v) for i, fmu in self.fmus.items() for v in fmu.variables.values() if v.causality == "output"]
+            return [(i, str(v.name)) for i, v in outputs if kind_of(v) in TRANSFERABLE]
         return [self._port(name) for name in ([names] if isinstance(names, str) else names)]
 
     def check_settable(self, name: str) -> None:

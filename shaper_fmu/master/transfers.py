@@ -1,0 +1,188 @@
+"""Values to and from FMUs, compiled: between the bus and the memory of a transfer, and the calls that move them on."""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+
+from shaper_fmu.master import layout as of
+from shaper_fmu.master.calls import (
+    fmi2_transfer,
+    fmi3_transfer,
+    read_f4,
+    read_f8,
+    read_i1,
+    read_i2,
+    read_i4,
+    read_i8,
+    read_u1,
+    read_u2,
+    read_u4,
+    read_u8,
+    write_f4,
+    write_f8,
+    write_i1,
+    write_i2,
+    write_i4,
+    write_i8,
+    write_u1,
+    write_u2,
+    write_u4,
+    write_u8,
+)
+
+compiled = numba.njit(cache=True, nogil=True, error_model="numpy")
+inlined = numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=True)  # a system is many arguments
+_LARGEST_F4 = 3.4028234663852886e38
+_ELEMENT_SIZE = np.uintp(of.ELEMENT.itemsize)
+
+
+@compiled
+def fail(control, fault, status, where, element, t):
+    control.fault = fault
+    control.fault_status = status
+    control.fault_where = where
+    control.fault_element = element
+    control.fault_time = t
+    return False
+
+
+@inlined
+def judge(control, status, where, t, function=-1):
+    """Whether a call's status lets the run go on; warnings are counted."""
+    if status == 0:
+        return True
+    if status == 1:
+        control.warnings += 1
+        control.warned = where
+        return True
+    return fail(control, of.CALL_FAILED, status, where, function, t)
+
+
+@inlined
+def _put(kind, at, value):
+    """Write a value in its type; False if it does not fit."""
+    if kind == of.F8:
+        write_f8(at, value)
+        return True
+    if kind == of.BOOLEAN2:
+        write_i4(at, np.int32(1 if value != 0.0 else 0))
+        return True
+    return _put_other(kind, at, value)
+
+
+@compiled
+def _put_other(kind, at, value):
+    if kind == of.BOOLEAN3:
+        write_u1(at, np.uint8(1 if value != 0.0 else 0))
+        return True
+    if kind == of.F4:
+        write_f4(at, np.float32(value))
+        return abs(value) <= _LARGEST_F4
+    whole = math.floor(value + 0.5)
+    bits = 8 if kind <= of.U1 else 16 if kind <= of.U2 else 32 if kind <= of.U4 else 64
+    signed = kind == of.I1 or kind == of.I2 or kind == of.I4 or kind == of.I8
+    low = -(2.0 ** (bits - 1)) if signed else 0.0
+    if not low <= whole < 2.0 ** (bits - 1 if signed else bits):
+        return False
+    if kind == of.I4:
+        write_i4(at, np.int32(whole))
+    elif kind == of.I8:
+        write_i8(at, np.int64(whole))
+    elif kind == of.U8:
+        write_u8(at, np.uint64(whole))
+    elif kind == of.U4:
+        write_u4(at, np.uint32(whole))
+    elif kind == of.I2:
+        write_i2(at, np.int16(whole))
+    elif kind == of.U2:
+        write_u2(at, np.uint16(whole))
+    elif kind == of.I1:
+        write_i1(at, np.int8(whole))
+    else:
+        write_u1(at, np.uint8(whole))
+    return True
+
+
+@inlined
+def _taken(kind, at):
+    """A value of any type as a double."""
+    if kind == of.F8:
+        return read_f8(at)
+    return _taken_other(kind, at)
+
+
+@compiled
+def _taken_other(kind, at):
+    if kind == of.BOOLEAN2:
+        return 1.0 if read_i4(at) != 0 else 0.0
+    if kind == of.BOOLEAN3:
+        return 1.0 if read_u1(at) != 0 else 0.0
+    if kind == of.I4:
+        return float(read_i4(at))
+    if kind == of.I8:
+        return float(read_i8(at))
+    if kind == of.F4:
+        return float(read_f4(at))
+    if kind == of.U4:
+        return float(read_u4(at))
+    if kind == of.U8:
+        return float(read_u8(at))
+    if kind == of.I2:
+        return float(read_i2(at))
+    if kind == of.U2:
+        return float(read_u2(at))
+    if kind == of.I1:
+        return float(read_i1(at))
+    return float(read_u1(at))
+
+
+@inlined
+def _size(kind):
+    if kind == of.F8 or kind == of.I8 or kind == of.U8:
+        return 8
+    if kind == of.I1 or kind == of.U1 or kind == of.BOOLEAN3:
+        return 1
+    return 2 if kind == of.I2 or kind == of.U2 else 4
+
+
+@inlined
+def _call_transfer(transfer):
+    if transfer.version == 2:
+        return fmi2_transfer(transfer.function, (transfer.handle, transfer.references, transfer.reference_count, transfer.values))
+    arguments = (transfer.handle, transfer.references, transfer.reference_count, transfer.values, transfer.element_count)
+    return fmi3_transfer(transfer.function, arguments)
+
+
+@inlined
+def set_values(system, control, number, t):
+    """Set the inputs of a transfer from the bus: value = gain * source + shift."""
+    transfer = system.transfers[np.uintp(number)]
+    size = np.uintp(_size(transfer.kind))
+    at, e = transfer.values, transfer.elements
+    for i in range(transfer.element_count):
+        value = read_f8(e + np.uintp(8)) * read_f8(read_u8(e)) + read_f8(e + np.uintp(16))  # see layout.ELEMENT
+        if not math.isfinite(value):
+            return fail(control, of.NOT_FINITE, 0, number, np.int64(i), t)
+        if not _put(transfer.kind, at, value):
+            return fail(control, of.NOT_IN_RANGE, 0, number, np.int64(i), t)
+        at += size
+        e += _ELEMENT_SIZE
+    return judge(control, _call_transfer(transfer), number, t)
+
+
+@inlined
+def get_values(system, control, number, t):
+    """Get the outputs of a transfer to the bus."""
+    transfer = system.transfers[np.uintp(number)]
+    if not judge(control, _call_transfer(transfer), number, t):
+        return False
+    size = np.uintp(_size(transfer.kind))
+    at, e = transfer.values, transfer.elements
+    for _ in range(transfer.element_count):
+        write_f8(read_u8(e), _taken(transfer.kind, at))
+        at += size
+        e += _ELEMENT_SIZE
+    return True
