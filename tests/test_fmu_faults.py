@@ -60,7 +60,9 @@ def test_the_fmu_itself_refuses_nan(python_fmus):
     for call in ("setupExperiment", "enterInitializationMode", "exitInitializationMode"):
         instance.call(call)
     instance.set_values({"command": math.nan})
-    with pytest.raises(SimulationError, match=r"fmi2DoStep failed: InputShaper: input command is nan; it must be a finite number at t = 0 s"):
+    with pytest.raises(
+        SimulationError, match=r"fmi2DoStep failed: InputShaper: input command is nan; it must be a finite number at t = 0 s"
+    ):
         instance.call("doStep", 0.0, 0.1)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import zipfile
 
@@ -50,7 +51,7 @@ def test_the_error_follows_the_tolerance(versions, algorithm):
         errors.append(max(abs(results["plant.position"][i] - monolithic(results.time[i])) for i in late))
     assert errors[0] < 0.1
     assert errors[2] < 1e-2
-    for coarse, fine in zip(errors, errors[1:], strict=False):
+    for coarse, fine in itertools.pairwise(errors):
         assert 2.0 < coarse / fine < 5.0  # sqrt(10), if the steps followed the root exactly
 
 
@@ -81,5 +82,5 @@ def test_fmus_that_cannot_go_back_are_named(tmp_path):
     system.add("plant", rigid, force=1.0)
     with pytest.raises(ModelError, match="needs FMUs that save their states; plant cannot"):
         system.simulate(1.0, 0.1, tolerance=1e-4)
-    with pytest.raises(ModelError, match="tolerance = -1.0 must be a positive number"):
+    with pytest.raises(ModelError, match=r"tolerance = -1\.0 must be a positive number"):
         system.simulate(1.0, 0.1, tolerance=-1.0)

@@ -1,0 +1,164 @@
+"""The process of an isolated run: started, listened to, killed."""
+
+from __future__ import annotations
+
+import io
+import math
+import mmap
+import os
+import queue
+import signal as signals_of
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import IO, Any
+
+import numpy as np
+
+from shaper_fmu.master import layout as of
+from shaper_fmu.master.simulation import Progress
+
+BEGUN, CLOSED = b"begun", b"closed"  # what the child sends beside its answer
+_POLL_SECONDS = 0.1
+_CHILD = (  # the FMUs' own words on standard output go to standard error, so the channel has the answers alone
+    "import os; channel = os.dup(1); os.dup2(2, 1); from shaper_fmu.master.isolated import serve; serve(channel, {window!r})"
+)
+
+
+class Child:
+    """The child process as the caller has it. At the end of the with statement it is gone, whatever it was doing."""
+
+    def __init__(self, plan: bytes):
+        size = of.CONTROL.itemsize
+        self._begun = self._killed = False
+        self._answers: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._tail = b""
+        options: dict[str, Any] = {"start_new_session": True}  # Ctrl-C is for the caller, who ends the whole group
+        with tempfile.TemporaryFile() as file:
+            if sys.platform == "win32":
+                window = f"shaper-fmu-{os.getpid()}-{id(self)}"
+                self._memory = mmap.mmap(-1, size, tagname=window)
+                options = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
+            else:
+                file.truncate(size)
+                self._memory, window = mmap.mmap(file.fileno(), size), str(file.fileno())
+                options["pass_fds"] = (file.fileno(),)
+            self.process = subprocess.Popen(
+                [sys.executable, "-P", "-c", _CHILD.format(window=window)],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path)},
+                **options,
+            )  # fmt: skip
+        self._threads = [threading.Thread(target=work, daemon=True) for work in (self._listen, self._relay)]
+        self._plan = plan
+
+    def __enter__(self) -> Child:
+        for thread in self._threads:
+            thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._kill()
+        for thread, stream in zip(self._threads, (self.process.stdout, self.process.stderr), strict=True):
+            thread.join(1.0)
+            if stream is not None and not thread.is_alive():  # else a process that has left the group keeps it open
+                stream.close()
+        with suppress(BrokenPipeError):
+            self.process.stdin.close()  # pyright: ignore[reportOptionalMemberAccess]
+        self._memory.close()
+
+    def frames(self, time_limit: float | None, progress: Progress | None) -> Iterator[bytes]:
+        """What the child sends, until it has done its work or ends.
+
+        Raises TimeoutError when the limit is over, which counts from the first call of an FMU on.
+        """
+        deadline, told = math.inf, -math.inf
+        with suppress(BrokenPipeError):  # then it has ended, and the loop will see that
+            assert self.process.stdin is not None
+            send(self.process.stdin.fileno(), self._plan)
+        while True:
+            with suppress(queue.Empty):
+                patience = 5.0 if self._killed else max(0.0, min(_POLL_SECONDS, deadline - time.monotonic()))
+                frame = self._answers.get(timeout=patience)
+                if frame is None:
+                    return
+                if frame == BEGUN:
+                    self._begun = True
+                    deadline = time.monotonic() + (time_limit or math.inf)
+                yield frame
+                if frame == CLOSED:
+                    return
+                continue
+            if self.process.poll() is not None:
+                if self._killed:
+                    return
+                self._kill()  # what it has started may keep the channel open; what it has sent is still read
+            if time.monotonic() >= deadline:
+                raise TimeoutError
+            if progress is not None and isinstance(self.time, float) and self.time > told:
+                told = self.time
+                progress(told)
+
+    @property
+    def time(self) -> float | str:
+        """The simulated time [s] that the loop has reached, or what comes before."""
+        control = np.frombuffer(self._memory[:], of.CONTROL)[0]
+        before = "initialization" if self._begun else "the start of its process"
+        return float(control["t"]) if control["step"] > 0.0 else before
+
+    def end(self) -> str:
+        """How the process ended, in words."""
+        with suppress(subprocess.TimeoutExpired):
+            self.process.wait(5.0)
+        status = self._kill()
+        if status >= 0:
+            return f"its process ended with exit status {status if status < 1 << 16 else hex(status)}"
+        name = next((known.name for known in signals_of.Signals if known == -status), f"signal {-status}")
+        return f"its process was ended by {name} ({signals_of.strsignal(-status)})"
+
+    def last_words(self) -> str:
+        """The last lines of its standard error, as part of a message."""
+        self._threads[1].join(1.0)
+        lines = [line.strip() for line in self._tail.decode("utf-8", "replace").splitlines() if line.strip()]
+        return f"; last words: {'; '.join(lines[-3:])}" if lines else ""
+
+    def _kill(self) -> int:
+        """End the process, and what it has started; its status."""
+        if sys.platform == "win32":
+            self.process.kill()
+        elif not self._killed:
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self.process.pid, signals_of.SIGKILL)
+        self._killed = True
+        return self.process.wait()
+
+    def _listen(self) -> None:
+        assert self.process.stdout is not None
+        while (frame := read_frame(self.process.stdout)) is not None:
+            self._answers.put(frame)
+        self._answers.put(None)
+
+    def _relay(self) -> None:
+        """Pass on what it writes to standard error, and keep the end."""
+        assert isinstance(self.process.stderr, io.BufferedReader)
+        while chunk := self.process.stderr.read1(4096):
+            self._tail = (self._tail + chunk)[-4096:]
+            with suppress(OSError, ValueError, AttributeError):  # the caller may have no standard error
+                sys.stderr.write(chunk.decode("utf-8", "replace"))
+
+
+def send(channel: int, frame: bytes) -> None:
+    data = memoryview(len(frame).to_bytes(8, "little") + frame)
+    while data:
+        data = data[os.write(channel, data) :]
+
+
+def read_frame(stream: IO[bytes]) -> bytes | None:
+    """The next frame; None at the end, or if it is not complete."""
+    length = int.from_bytes(stream.read(8), "little")
+    frame = stream.read(length) if length else b""
+    return frame if frame and len(frame) == length else None
