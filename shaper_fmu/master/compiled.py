@@ -98,8 +98,8 @@ def execute(system, control, program, t, h):
     Where the first instance that steps returns early, the others step to there, too.
     """
     stepped = 0
-    for i in range(program.shape[0]):
-        code, number = program[i, 0], program[i, 1]
+    for i in range(np.uintp(program.shape[0])):
+        code, number = program[i, np.uintp(0)], program[i, np.uintp(1)]
         if code == of.SET:
             going = set_values(system, control, number, t + h if control.exchange else t)
         elif code == of.GET:

@@ -14,7 +14,7 @@ from shaper_fmu.master import layout as of
 from shaper_fmu.master.fmu import Fmu, kind_of
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.metrics import Metric, metric_rows, metric_variables
-from shaper_fmu.master.signals import Signal, Table
+from shaper_fmu.master.signals import Table
 from shaper_fmu.master.system import System
 from shaper_fmu.master.wiring import Port
 
@@ -98,12 +98,14 @@ class Program:
         algorithm: str,
         connections: Mapping[Port, Port],
         metrics: Mapping[str, Metric],
+        exact: bool,
     ):
         self.system, self.instances, self.connections = system, instances, connections
         self.names = list(instances)
         self._algorithm = algorithm
         self._metrics = metrics
-        ports: Iterable[Port] = [*connections.values(), *recorded, *system.ports(metric_variables(metrics)), *_event_ports(system)]
+        self._event_ports = _event_ports(system) if exact else []
+        ports: Iterable[Port] = [*connections.values(), *recorded, *system.ports(metric_variables(metrics)), *self._event_ports]
         self._places: dict[Any, int] = {port: i for i, port in enumerate(dict.fromkeys(ports))}
         self._unfed: dict[int, Port] = {}  # array elements that are set with others, but that nothing feeds
         for port in system.signals:
@@ -132,6 +134,9 @@ class Program:
         ports = [key for key in self._places if len(key) == 2 and key not in events]
         reals = [port for port in ports if kind_of(self.system.fmus[port[0]].variables[port[1]]) == "real"]
         return np.array([self._places[port] for port in reals], np.int64)
+
+    def _has_tables(self) -> bool:
+        return any(isinstance(signal, Table) for signal in self.system.signals.values())
 
     def _inputs_of(self, name: str) -> list[str]:
         return [variable for instance, variable in [*self.system.signals, *self.connections] if instance == name]
@@ -176,16 +181,17 @@ class Program:
             for name in system.instance_order()
             if self._inputs_of(name)
         }
-        exchange: list[Operation] = [(of.TABLES_NOW, 0)]
+        exchange: list[Operation] = [(of.TABLES_NOW, 0)] if self._has_tables() else []
         for name, inputs in self._ordered_inputs():
             exchange += writer.transfer("Set", name, inputs, self._source_place(name))
             exchange += self._reading(name, self._follows(name, set(inputs)))
+        tables = [(of.TABLES_BEFORE, 0)] if self._has_tables() else []
         if self._algorithm == "jacobi":
             step = [*steps, *read_all]
         elif self._algorithm == "parallel":
-            step = [(of.TABLES_BEFORE, 0), *[o for operations in sets.values() for o in operations], *steps, *read_all]
+            step = [*tables, *[o for operations in sets.values() for o in operations], *steps, *read_all]
         else:
-            step = [(of.TABLES_BEFORE, 0)]
+            step = list(tables)
             for name in system.instance_order():
                 step += [*sets.get(name, []), (of.STEP, writer.numbers[name]), *reads[name]]
         return {"step": step, "exchange": exchange, "read": read_all}
@@ -243,7 +249,7 @@ class Program:
             table_times=joined[0],
             table_values=joined[1],
             jumps=np.unique(np.concatenate([table.jumps() for _, table in tables] or [np.empty(0)])),
-            event_places=np.array([self._places[port] for port in _event_ports(self.system)], np.int32),
+            event_places=np.array([self._places[port] for port in self._event_ports], np.int32),
             recorded=np.array([self._places[port] for port in recorded], np.int32),
             metrics=metric_rows(self._metrics, self._places),
             step_program=np.array(programs["step"], np.int32).reshape(-1, 2),
@@ -261,6 +267,3 @@ def _event_ports(system: System) -> list[Port]:
 def _announces(fmu: Fmu) -> bool:
     variable: ModelVariable | None = fmu.variables.get("next_event_time")
     return variable is not None and variable.causality == "output"
-
-
-__all__ = ["Program", "Signal"]

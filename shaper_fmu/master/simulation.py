@@ -152,7 +152,9 @@ class Simulation:
         key = (algorithm, treatment.exact, treatment.notes)
         if key not in self._programs:
             connections = treatment.connections
-            self._programs[key] = Program(self.system, self.instances, self._recorded, algorithm, connections, self._metrics)
+            self._programs[key] = Program(
+                self.system, self.instances, self._recorded, algorithm, connections, self._metrics, treatment.exact
+            )
         return self._programs[key]
 
     def _stepped(

@@ -156,10 +156,9 @@ def _call_transfer(transfer):
     return fmi3_transfer(transfer.function, arguments)
 
 
-@inlined
-def set_values(system, control, number, t):
-    """Set the inputs of a transfer from the bus: value = gain * source + shift."""
-    transfer = system.transfers[np.uintp(number)]
+@compiled
+def _set_others(transfer, control, number, t):
+    """Set inputs of other types than double; see set_values."""
     size = np.uintp(_size(transfer.kind))
     at, e = transfer.values, transfer.elements
     for i in range(transfer.element_count):
@@ -174,13 +173,36 @@ def set_values(system, control, number, t):
 
 
 @inlined
+def set_values(system, control, number, t):
+    """Set the inputs of a transfer from the bus: value = gain * source + shift."""
+    transfer = system.transfers[np.uintp(number)]
+    if transfer.kind != of.F8:
+        return _set_others(transfer, control, number, t)
+    at, e = transfer.values, transfer.elements
+    for i in range(transfer.element_count):
+        value = read_f8(e + np.uintp(8)) * read_f8(read_u8(e)) + read_f8(e + np.uintp(16))  # see layout.ELEMENT
+        if not math.isfinite(value):
+            return fail(control, of.NOT_FINITE, 0, number, np.int64(i), t)
+        write_f8(at, value)
+        at += np.uintp(8)
+        e += _ELEMENT_SIZE
+    return judge(control, _call_transfer(transfer), number, t)
+
+
+@inlined
 def get_values(system, control, number, t):
     """Get the outputs of a transfer to the bus."""
     transfer = system.transfers[np.uintp(number)]
     if not judge(control, _call_transfer(transfer), number, t):
         return False
-    size = np.uintp(_size(transfer.kind))
     at, e = transfer.values, transfer.elements
+    if transfer.kind == of.F8:
+        for _ in range(transfer.element_count):
+            write_f8(read_u8(e), read_f8(at))
+            at += np.uintp(8)
+            e += _ELEMENT_SIZE
+        return True
+    size = np.uintp(_size(transfer.kind))
     for _ in range(transfer.element_count):
         write_f8(read_u8(e), _taken(transfer.kind, at))
         at += size
