@@ -6,7 +6,7 @@
    scalars, INPUT -1 for none. The FMUs take turns: in each round every one does PASSES passes of STEPS steps. Each pass
    has an instance of its own, and only its steps are timed; a pass before all others warms up. All outputs of all passes
    of an FMU have to be equal. PYTHON is a library to be made global before, for wrappers that look for Python's symbols
-   in their host, or "-"; this thread then keeps a thread state (see keep_thread_state). Prints a line for each FMU: seconds per step in the median pass, the last output, and the sum of
+   in their host, or "-"; with KEEP_THREAD_STATE in the environment this thread keeps a thread state. Prints a line for each FMU: seconds per step in the median pass, the last output, and the sum of
    all outputs (both hexadecimal). */
 
 #include <dlfcn.h>
@@ -192,7 +192,7 @@ int main(int count, char **word) {
         pass(&run[k]);
         memcpy(run[k].first, run[k].out, sizeof(double) * (size_t)steps);
     }
-    if (python) keep_thread_state(python);
+    if (python && getenv("KEEP_THREAD_STATE")) keep_thread_state(python);
     for (int round = 0; round < rounds; round++)
         for (int k = 0; k < runs; k++) take_turn(&run[k]);
     for (int k = 0; k < runs; k++) report(&run[k]);

@@ -80,16 +80,20 @@ class Hosted:
     passes: int = 1
 
 
-def measure(fmus: Sequence[Hosted], rounds: int, python: Path | None = None) -> list[Measured]:
+def measure(fmus: Sequence[Hosted], rounds: int, python: Path | None = None, keep_state: bool = False) -> list[Measured]:
     """Run the host once: the FMUs take turns in one process, so that what disturbs one disturbs the other.
 
-    `python` is a library to be made global before, for pythonfmu's wrapper. Ends the program with the host's words if it fails.
+    `python` is a library to be made global before, for pythonfmu's wrapper; with `keep_state` the host keeps a Python thread
+    state, which no plain C host does, and which spares the wrapper to make one in every call. Ends the program with the
+    host's words if it fails.
     """
     words: list[object] = [compiled("host.c"), STEP, STEPS, rounds, python or "-"]
     for fmu in fmus:
         words += [fmu.version, fmu.library, fmu.token, fmu.resources, fmu.inlet, fmu.outlet, fmu.passes]
     command = [str(word) for word in words]
     paths = {"PYTHONHOME": sys.base_prefix, "PYTHONPATH": os.pathsep.join(entry for entry in sys.path if entry)}
+    if keep_state:
+        paths["KEEP_THREAD_STATE"] = "1"
     done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **paths}, check=False)
     if done.returncode:
         raise SystemExit(f"{' '.join(command)}\nended with status {done.returncode}: {done.stderr.strip()}")

@@ -15,13 +15,21 @@ from native import (
     native_set_step_get,
     native_vs_handwritten_c,
     native_vs_pythonfmu,
+    native_vs_pythonfmu_at_its_best,
     native_vs_pythonfmu_input_shaper,
 )
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-PAIRS = (loop_vs_bare_calls, native_vs_pythonfmu, native_vs_pythonfmu_input_shaper, native_vs_handwritten_c, native_fmi3_vs_fmi2)
+PAIRS = (
+    loop_vs_bare_calls,
+    native_vs_pythonfmu,
+    native_vs_pythonfmu_at_its_best,
+    native_vs_pythonfmu_input_shaper,
+    native_vs_handwritten_c,
+    native_fmi3_vs_fmi2,
+)
 
 
 def measured(folder: Path, console: Console) -> list[Row]:
