@@ -11,7 +11,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Sequence
 from enum import StrEnum
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from shaper_fmu.archives import write_file
@@ -85,7 +85,7 @@ def fmu_path(
         return shipped
     names = [platform_named(name).name for name in platforms] or list(PLATFORMS)
     tools = toolchain_version() if Backend(backend) is Backend.native else version("pythonfmu")
-    key = digest(sources_digest(found), tools, str(Backend(backend)), str(fmi), *names)
+    key = digest(sources_digest(found), tools, *_other_tools(), str(Backend(backend)), str(fmi), *names)
 
     def make() -> bytes:
         with tempfile.TemporaryDirectory() as draft:
@@ -97,6 +97,19 @@ def fmu_path(
 def sources_digest(component: type[Component]) -> str:
     """What a component's FMU is made from: its own sources, and the exporter's."""
     return digest(packed_sources(component)[0], _exporter_digest())
+
+
+@functools.lru_cache(maxsize=1)
+def _other_tools() -> tuple[str, ...]:
+    """Versions of what else leaves its trace in an FMU: the kernels' compiler, FMI's headers, the page's picture."""
+    return tuple(_version_or_none(name) for name in ("numba", "llvmlite", "fmpy", "matplotlib"))
+
+
+def _version_or_none(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "none"
 
 
 @functools.lru_cache(maxsize=1)
