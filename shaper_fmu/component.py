@@ -71,12 +71,13 @@ class Variable:
         display_unit: str = "",
         depends: tuple[str, ...] | None = None,
         derivative: str = "",
+        slope: str = "",
     ):
         self.name = ""
         self.causality, self.unit, self.description = causality, unit, description
         self.size, self.min, self.max, self.exclusive = size, min, max, exclusive
         self.tunable, self.display_unit, self.depends = tunable, display_unit, depends
-        self.derivative = derivative
+        self.derivative, self.slope = derivative, slope
         first = start[0] if isinstance(start, list | tuple) else start
         self.kind: type = kind or (type(first) if isinstance(first, enum.IntEnum | bool | int) else float)
         given = list(start) if isinstance(start, list | tuple) else [start] * (size or 1)
@@ -131,7 +132,8 @@ class Variable:
 
 
 def Input(unit: str, description: str, start: Any = 0.0, **options: Any) -> Variable:
-    """An input, held over a step. Options: kind, size."""
+    """An input, held over a step. `slope` names the State that is its time derivative over the step, for kernels that are exact
+    for inputs linear over the step, and that advance the input to the step's end. Options: kind, size."""
     return Variable("input", start, unit, description, **options)
 
 
@@ -175,6 +177,7 @@ class Component:
     default_stop_time: ClassVar[float] = 10.0
     default_step_size: ClassVar[float] = 0.01
     _real_results: ClassVar[list[Variable]]
+    _slopes: ClassVar[frozenset[str]]
     _layout: ClassVar[struct.Struct]
     _digest: ClassVar[bytes]
 
@@ -190,6 +193,10 @@ class Component:
         results = [v for v in cls.variables.values() if v.causality in ("output", "local", "calculatedParameter")]
         cls._real_results = [v for v in results if v.kind is float]
         fields = [(v.name, v.code, v.size) for v in cls.variables.values()]
+        cls._slopes = frozenset(v.slope for v in cls.variables.values() if v.slope)
+        for name in cls._slopes:
+            if cls.variables.get(name) is None or cls.variables[name].causality != "state":
+                raise ComponentError(f"{cls.__name__}: the slope {name!r} of an input must be declared as a State")
         cls._layout = struct.Struct("<" + "".join(f"{v.size or 1}{v.code}" for v in cls.variables.values()))
         cls._digest = hashlib.sha256(repr((cls.__name__, fields)).encode()).digest()[:8]
 
@@ -237,7 +244,7 @@ class Component:
         """Check the parameters, then compute states and outputs at `time` [s] from scratch. Raises ComponentError."""
         self.check_values("parameter", "input")
         for variable in self.variables.values():
-            if variable.causality not in ("input", "parameter"):
+            if variable.causality not in ("input", "parameter") and variable.name not in self._slopes:
                 setattr(self, variable.name, variable.start)
         self._run(time, self.start)
         self._run(time, self.step, time, 0.0)

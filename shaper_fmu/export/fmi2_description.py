@@ -21,6 +21,7 @@ def fmi2_native_description(component: type[Component], guid: str, generator: st
     """
     co_simulation = {
         "canHandleVariableCommunicationStepSize": "true",
+        "canInterpolateInputs": parts.text(any(v.slope for v in component.variables.values())),
         "maxOutputDerivativeOrder": str(structure.output_derivative_order(component)),
         **_SAVED,
     }

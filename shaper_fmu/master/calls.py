@@ -87,6 +87,9 @@ simple_call = _foreign(_POINTER)
 fmi2_transfer = _foreign(_POINTER, _POINTER, _POINTER, _POINTER)
 """fmi2GetReal, fmi2SetReal and the like: f(instance, references, count, values)."""
 
+fmi2_set_slopes = _foreign(_POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
+"""fmi2SetRealInputDerivatives(instance, references, count, orders, values)."""
+
 fmi3_transfer = _foreign(_POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
 """fmi3GetFloat64 and the like: f(instance, references, count, values, value count)."""
 

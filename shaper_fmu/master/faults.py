@@ -15,7 +15,7 @@ from shaper_fmu.master.instance import Instance, moment
 from shaper_fmu.master.program import Program
 
 _DISCARD = 2
-_FUNCTIONS = ("DoStep", "EnterEventMode", "EnterStepMode", "UpdateDiscreteStates")
+_FUNCTIONS = ("DoStep", "EnterEventMode", "EnterStepMode", "UpdateDiscreteStates", "SetRealInputDerivatives")
 """Functions that are no transfers, by the number that the loop tells."""
 
 

@@ -239,6 +239,12 @@ class Instance:
             return "Int64" if self.fmu.version == 3 else "Integer"
         return kind
 
+    @property
+    def takes_input_derivatives(self) -> bool:
+        """Whether it takes the time derivative of an input over a step (FMI 2.0)."""
+        can = self.fmu.version == 2 and bool(getattr(self.fmu.co_simulation, "canInterpolateInputs", False))
+        return can and self.address("fmi2SetRealInputDerivatives") != 0
+
     def can_save_states(self) -> bool:
         """Whether the FMU saves and restores its state."""
         capabilities = self.fmu.co_simulation

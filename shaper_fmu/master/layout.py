@@ -6,6 +6,8 @@ A transfer moves values between the bus and one instance, by one call of one FMI
 
 from __future__ import annotations
 
+import hashlib
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -67,6 +69,45 @@ METRIC = np.dtype(
     align=True,
 )
 
+SLOPE = np.dtype(
+    [
+        ("source", "i4"),  # its place on the bus
+        ("held", "i4"),  # place of the source's value at the beginning of the step
+        ("known", "i4"),  # whether the source steps before the input's instance
+        ("gain", "f8"),
+        ("previous", "f8"),  # the source's value at the beginning of the step before
+        ("previous_time", "f8"),
+        ("held_time", "f8"),
+    ],
+    align=True,
+)
+"""An input that is linear over a step."""
+
+SLOPES_OF = np.dtype(
+    [
+        ("function", "u8"),
+        ("handle", "u8"),
+        ("references", "u8"),
+        ("orders", "u8"),
+        ("values", "u8"),
+        ("instance", "i4"),
+        ("first", "i4"),  # of the rows of SLOPE
+        ("rows", "i4"),
+    ],
+    align=True,
+)
+"""The call that tells an instance the slopes of its inputs."""
+
+_SOURCES = ("layout", "calls", "transfers", "execution", "event_loop", "compiled")
+
+
+def _sources_digest() -> str:
+    """Stands for the loop's sources. As the name of a field of CONTROL it is part of every function's signature, so that numba,
+    which looks at one file at a time, never takes a function from its cache that was compiled with another version of them."""
+    texts = [Path(__file__).with_name(f"{name}.py").read_bytes() for name in _SOURCES]
+    return hashlib.sha256(b"\0".join(texts)).hexdigest()[:16]
+
+
 CONTROL = np.dtype(
     [
         ("start", "f8"),
@@ -79,12 +120,17 @@ CONTROL = np.dtype(
         ("exact", "i4"),  # whether steps end at events
         ("at_grid", "i4"),  # whether the target is a point of the grid
         ("at_event", "i4"),
+        ("ends_at_event", "i4"),  # whether an announced event is at the end of the step
+        ("smooth_from", "f8"),  # time of the last event
         ("everywhere", "i4"),  # whether rows are recorded at events, too, on both sides
         ("silent", "i4"),  # nothing is recorded or measured: the step may be taken back
         ("exchange", "i4"),  # whether values are exchanged after each step (jacobi)
         ("cut", "i4"),  # whether an early return may end the step for all
         ("jump", "i4"),  # the next one of the tables
         ("rows", "i8"),  # recorded
+        ("room", "i8"),  # for rows
+        ("next_time", "u8"),  # addresses of the next row, in the record
+        ("next_row", "u8"),
         ("events", "i8"),
         ("warnings", "i8"),
         ("warned", "i8"),  # by the last of them: the instance, or the transfer
@@ -93,6 +139,7 @@ CONTROL = np.dtype(
         ("fault_where", "i4"),  # the instance, or the transfer
         ("fault_element", "i4"),
         ("fault_time", "f8"),
+        (f"sources_{_sources_digest()}", "i8"),
     ],
     align=True,
 )
@@ -105,7 +152,7 @@ SIZES = {F8: 8, F4: 4, I1: 1, U1: 1, I2: 2, U2: 2, I4: 4, U4: 4, I8: 8, U8: 8, B
 EXTREMES, ENVELOPE, OUTSIDE, SQUARE = range(4)
 
 # Operations of a program: pairs of a code and what it works on.
-SET, GET, STEP, TABLES_BEFORE, TABLES_NOW = range(5)
+SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES = range(10)  # 2: reals, steps of FMI 2.0
 
 # Faults.
 NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE = range(7)
@@ -132,6 +179,8 @@ class Layout(NamedTuple):
     step_program: np.ndarray
     exchange_program: np.ndarray
     read_program: np.ndarray
+    slopes: np.ndarray
+    slopes_of: np.ndarray
 
 
 def addresses_of(layout: Layout) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,6 +13,7 @@ from shaper_fmu.errors import ModelError
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.fmu import Fmu, kind_of
 from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.linear_inputs import LinearInputs, lay_out, linear_inputs
 from shaper_fmu.master.metrics import Metric, metric_rows, metric_variables
 from shaper_fmu.master.signals import Table
 from shaper_fmu.master.system import System
@@ -76,7 +77,9 @@ class _Writer:
         self.places += self.grouped[-1]
         self.scalings += [self.scaled.get((name, element), (1.0, 0.0)) for element in elements]
         self.size += of.SIZES[kind] * len(elements)
-        return (of.SET if verb == "Set" else of.GET, len(self.transfers) - 1)
+        straight = version == 2 and kind == of.F8
+        code = (of.SET2 if straight else of.SET) if verb == "Set" else (of.GET2 if straight else of.GET)
+        return code, len(self.transfers) - 1
 
 
 class Program:
@@ -84,9 +87,11 @@ class Program:
 
     Attributes:
         layout: the arrays.
+        address: of their addresses, for the compiled loop.
         signals: places on the bus of signals that are Python functions, and the functions.
         labels: for each transfer, the instance, the FMI function and the names of the elements.
         names: the instances by number.
+        linear_inputs: the inputs that are linear over each step.
         sources: for each transfer, where its elements are on the bus.
     """
 
@@ -99,6 +104,7 @@ class Program:
         connections: Mapping[Port, Port],
         metrics: Mapping[str, Metric],
         exact: bool,
+        linear: bool,
     ):
         self.system, self.instances, self.connections = system, instances, connections
         self.names = list(instances)
@@ -110,14 +116,19 @@ class Program:
         self._unfed: dict[int, Port] = {}  # array elements that are set with others, but that nothing feeds
         for port in system.signals:
             self._places[("signal", *port)] = len(self._places)
+        self.linear_inputs = linear_inputs(instances, connections) if linear else []
+        for port in self.linear_inputs:
+            self._places[("held", *connections[port])] = len(self._places)
         self._writer = _Writer(instances, {name: i for i, name in enumerate(self.names)}, system.scalings)
         self.signals = [
             (self._places[("signal", *port)], signal) for port, signal in system.signals.items() if not isinstance(signal, Table)
         ]
+        self._linear = self._lay_out_linear_inputs()
         programs = self._programs()
         self.labels = self._writer.labels
         self.layout = self._layout(programs, recorded)
-        self.addresses = of.addresses_of(self.layout)
+        self._addresses = of.addresses_of(self.layout)
+        self.address = self._addresses.ctypes.data
 
     def reset(self) -> None:
         """Bring what the loop changes back to the state before a run, whose start values have been set."""
@@ -125,6 +136,7 @@ class Program:
         self.layout.instances["next_event"] = of.NO_EVENT
         self.layout.bus[:] = 0.0
         self.layout.metrics["time"] = np.nan
+        self.layout.slopes["previous_time"] = self.layout.slopes["held_time"] = np.nan
         for place, (name, variable) in self._unfed.items():
             self.layout.bus[place] = float(self.instances[name].start_value(variable))
 
@@ -141,11 +153,16 @@ class Program:
     def _inputs_of(self, name: str) -> list[str]:
         return [variable for instance, variable in [*self.system.signals, *self.connections] if instance == name]
 
-    def _source_place(self, name: str) -> Callable[[str], int]:
-        """Where the source of an input element is on the bus; elements that nothing feeds keep their start value."""
+    def _source_place(self, name: str, held: Collection[Port] = ()) -> Callable[[str], int]:
+        """Where the source of an input element is on the bus; elements that nothing feeds keep their start value.
+
+        Those in `held` get the value that their source had at the beginning of the step.
+        """
 
         def place(variable: str) -> int:
             port = (name, variable)
+            if port in held:
+                return self._places["held", *self.connections[port]]
             if port in self.connections:
                 return self._places[self.connections[port]]
             if port in self.system.signals:
@@ -173,11 +190,13 @@ class Program:
         writer, system = self._writer, self.system
         early = {name for name in self.names if self.instances[name].returns_early}
         order = sorted(self.names, key=lambda name: name not in early)  # the first to step may end the step for all
-        steps = [(of.STEP, writer.numbers[name]) for name in order]
+        step_of = {name: (of.STEP2 if self.instances[name].fmu.version == 2 else of.STEP3, writer.numbers[name]) for name in order}
+        steps = list(step_of.values())
         reads = {name: self._reading(name, lambda variable: True) for name in self.names}
         read_all = [operation for operations in reads.values() for operation in operations]
+        linear = {name: [(of.SLOPES, i)] for name, i in self._linear.calls.items()}
         sets = {
-            name: writer.transfer("Set", name, self._inputs_of(name), self._source_place(name))
+            name: writer.transfer("Set", name, self._inputs_of(name), self._source_place(name, self.linear_inputs))
             for name in system.instance_order()
             if self._inputs_of(name)
         }
@@ -185,16 +204,34 @@ class Program:
         for name, inputs in self._ordered_inputs():
             exchange += writer.transfer("Set", name, inputs, self._source_place(name))
             exchange += self._reading(name, self._follows(name, set(inputs)))
-        tables = [(of.TABLES_BEFORE, 0)] if self._has_tables() else []
+        before = [(of.TABLES_BEFORE, 0)] if self._has_tables() else []
+        hold = [(of.HOLD, 0)] if linear else []
+        before += hold
+        slopes = [operation for operations in linear.values() for operation in operations]
         if self._algorithm == "jacobi":
-            step = [*steps, *read_all]
+            step = [*hold, *slopes, *steps, *read_all]
         elif self._algorithm == "parallel":
-            step = [*tables, *[o for operations in sets.values() for o in operations], *steps, *read_all]
+            step = [*before, *[o for operations in sets.values() for o in operations], *slopes, *steps, *read_all]
         else:
-            step = list(tables)
+            step = list(before)
             for name in system.instance_order():
-                step += [*sets.get(name, []), (of.STEP, writer.numbers[name]), *reads[name]]
+                step += [*sets.get(name, []), *linear.get(name, []), step_of[name], *reads[name]]
         return {"step": step, "exchange": exchange, "read": read_all}
+
+    def _lay_out_linear_inputs(self) -> LinearInputs:
+        order = self.system.instance_order()
+
+        def places(port: Port) -> tuple[int, int]:
+            source = self.connections[port]
+            return self._places[source], self._places["held", *source]
+
+        def known(port: Port) -> bool:
+            before = order.index(self.connections[port][0]) < order.index(port[0])
+            return self._algorithm == "gauss_seidel" and before
+
+        return lay_out(
+            self.linear_inputs, self.instances, places, lambda port: self.system.scalings.get(port, (1.0, 0.0))[0], known
+        )
 
     def _follows(self, name: str, inputs: set[str]) -> Callable[[str], bool]:
         fmu = self.instances[name].fmu
@@ -255,6 +292,8 @@ class Program:
             step_program=np.array(programs["step"], np.int32).reshape(-1, 2),
             exchange_program=np.array(programs["exchange"], np.int32).reshape(-1, 2),
             read_program=np.array(programs["read"], np.int32).reshape(-1, 2),
+            slopes=self._linear.slopes,
+            slopes_of=self._linear.slopes_of,
         )
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -24,8 +24,10 @@ from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.metrics import Metric, check_metrics, metric_values
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
+from shaper_fmu.master.signals import Interpolation
 from shaper_fmu.master.step_control import StepControl
 from shaper_fmu.master.system import System
+from shaper_fmu.master.wiring import Port
 
 _MOST_STEPS = 1e8
 _CHUNK_SECONDS = 0.1
@@ -105,6 +107,7 @@ class Simulation:
         start_values: Mapping[str, Any] | None = None,
         exact: bool | None = None,
         everywhere: bool = False,
+        interpolation: Interpolation = "hold",
         tolerance: float | None = None,
         progress: Progress | None = None,
     ) -> Results:
@@ -112,7 +115,8 @@ class Simulation:
 
         `algorithm` is one of `ALGORITHMS`; `start_values` ("instance.variable") come on top of the system's. `exact`: steps
         end at events, too; by default where the system allows it (see `treat_events`). `everywhere`: rows are recorded at
-        events, too, on both sides of a jump; else at the communication points alone. `tolerance`: the steps are divided so that
+        events, too, on both sides of a jump; else at the communication points alone. `interpolation`: inputs are held over a
+        step, or "linear" where an FMU takes their derivatives (see linear_inputs.py). `tolerance`: the steps are divided so that
         coupling errs by less than this, relative to 1 + |value|, in each (see step_control.py). Raises SimulationError with the
         instance's name, the time and its last messages when a call fails, and what was recorded until then as its
         `results`, and ModelError for wrong names. After an error the simulation can be run again, unless it was fatal.
@@ -132,28 +136,31 @@ class Simulation:
             self.reset()
         self._fresh = False
         self._instantiate(treatment.exact)
-        program = self._program(algorithm, treatment)
+        if interpolation not in get_args(Interpolation):
+            raise ModelError([f"there is no interpolation {interpolation!r}.{nearest(interpolation, get_args(Interpolation))}"])
+        program = self._program(algorithm, treatment, interpolation == "linear")
         control = np.zeros(1, of.CONTROL).view(np.recarray)[0]
-        control.start = control.t = start_time
+        control.start = control.t = control.smooth_from = start_time
         control.stop, control.step, control.steps = stop_time, step, steps
         control.exact = treatment.exact
         control.everywhere, control.exchange = everywhere, algorithm == "jacobi"
         control.cut = treatment.exact and not program.signals  # Python's functions are asked before a step, for its end
         self._initialize(program, control, start_values or {})
         controller = self._controller(program, control, tolerance) if tolerance is not None else None
-        return self._stepped(program, control, progress, treatment.notes, controller)
+        notes = (*treatment.notes, *([_told(program.linear_inputs)] if interpolation == "linear" else []))
+        return self._stepped(program, control, progress, notes, controller)
 
     def _controller(self, program: Program, control: Any, tolerance: float) -> StepControl:
         if not (math.isfinite(tolerance) and tolerance > 0.0):
             raise ModelError([f"tolerance = {tolerance} must be a positive number"])
         return StepControl(program, control, tolerance, lambda t: self._feel(program, t))
 
-    def _program(self, algorithm: str, treatment: Treatment) -> Program:
-        key = (algorithm, treatment.exact, treatment.notes)
+    def _program(self, algorithm: str, treatment: Treatment, linear: bool) -> Program:
+        key = (algorithm, treatment.exact, treatment.notes, linear)
         if key not in self._programs:
             connections = treatment.connections
             self._programs[key] = Program(
-                self.system, self.instances, self._recorded, algorithm, connections, self._metrics, treatment.exact
+                self.system, self.instances, self._recorded, algorithm, connections, self._metrics, treatment.exact, linear
             )
         return self._programs[key]
 
@@ -163,18 +170,19 @@ class Simulation:
         """Step to the end. The record grows where events take more room."""
         rows = int(control.steps) + 2 + (64 if control.everywhere else 0)
         times, record = np.empty(rows), np.empty((rows, len(self._recorded)))
+        _record_into(control, times, record)
         control.at_grid = 1
-        compiled.first_row(program.addresses, control, times, record)
+        compiled.first_row(program.address, control)
         most = 1 if program.signals else 16
         while True:
             begin = time.perf_counter()
             try:
                 if controller is not None:
-                    code = controller.advance(times, record)
+                    code = controller.advance()
                 elif program.signals and control.done < control.steps and control.rows + 2 <= rows:
-                    code = self._step_with_signals(program, control, times, record)
+                    code = self._step_with_signals(program, control)
                 else:
-                    code = compiled.run(program.addresses, control, times, record, most)
+                    code = compiled.run(program.address, control, most)
                 if code == compiled.FAULT:
                     raise self._fault(program, control)
             except SimulationError as error:
@@ -183,6 +191,7 @@ class Simulation:
             if code == compiled.FULL:
                 rows *= 2
                 times, record = (np.concatenate([kept, np.empty_like(kept)]) for kept in (times, record))
+                _record_into(control, times, record)
             elif code == compiled.FINISHED:
                 break
             elif (
@@ -196,11 +205,11 @@ class Simulation:
             progress(float(control.stop))
         return self._results(program, control, times, record, notes)
 
-    def _step_with_signals(self, program: Program, control: Any, times: np.ndarray, record: np.ndarray) -> int:
+    def _step_with_signals(self, program: Program, control: Any) -> int:
         """A step of a system with inputs that Python functions give."""
-        compiled.plan_step(program.addresses, control)
+        compiled.plan_step(program.address, control)
         self._feel(program, float(control.target if control.exchange else control.t))
-        if not compiled.take_planned_step(program.addresses, control, times, record):
+        if not compiled.take_planned_step(program.address, control):
             return compiled.FAULT
         return compiled.FINISHED if control.done >= control.steps else compiled.GOING_ON
 
@@ -230,12 +239,12 @@ class Simulation:
         program.reset()
         t = float(control.start)
         self._feel(program, t)
-        if not compiled.initialize(program.addresses, control, t):
+        if not compiled.initialize(program.address, control, t):
             raise self._fault(program, control, "initialization")
         for instance in self.instances.values():
             instance.call("exitInitializationMode", at="initialization")
         in_event_mode = any(instance.event_mode for instance in self.instances.values())
-        if not compiled.begin(program.addresses, control, t, in_event_mode):
+        if not compiled.begin(program.address, control, t, in_event_mode):
             raise self._fault(program, control, "initialization")
 
     def _results(self, program: Program, control: Any, times: np.ndarray, record: np.ndarray, notes: tuple[str, ...]) -> Results:
@@ -259,3 +268,17 @@ class Simulation:
             notes,
             metric_values(self._metrics, program.layout.metrics),
         )
+
+
+def _record_into(control: Any, times: np.ndarray, record: np.ndarray) -> None:
+    """Have the loop go on writing rows to these arrays, of shapes (rows,) and (rows, recorded)."""
+    control.room = len(times)
+    control.next_time = times.ctypes.data + int(control.rows) * times.itemsize
+    control.next_row = record.ctypes.data + int(control.rows) * record.shape[1] * record.itemsize
+
+
+def _told(linear: list[Port]) -> str:
+    """What a user should know of the inputs that are linear over a step."""
+    if not linear:
+        return "all inputs are held over each step: no FMU takes derivatives of its connected inputs"
+    return f"linear over each step: {', '.join('.'.join(port) for port in linear)}; all other inputs are held"

@@ -1,8 +1,8 @@
 """Control of the step size by Richardson extrapolation: each step is taken once whole and once as two halves.
 
-The difference of both estimates the error of a method of first order, as the coupling algorithms are (Schierz, Arnold and
-Clauss 2012). A step whose error is too large is taken back by the FMUs' saved states and tried again, shorter. What goes on
-is the result of the halves.
+The difference of both estimates the error of a method of first order, as the coupling algorithms are while inputs are held
+(Schierz, Arnold and Clauss 2012), or of second order while they are linear. A step whose error is too large is taken back
+by the FMUs' saved states and tried again, shorter. What goes on is the result of the halves.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.program import Program
 
 _SHORTEST = 1e-9
-_ORDER = 1
 _SAFETY, _LEAST, _MOST = 0.8, 0.2, 4.0
 
 
@@ -39,31 +38,32 @@ class StepControl:
     """Steps of controlled size within the intervals of the grid; `tolerance` is relative to 1 + |value|, per step."""
 
     def __init__(self, program: Program, control: Any, tolerance: float, feel: Callable[[float], None]):
+        self._order = 2 if program.linear_inputs else 1
         check_rollback(program.instances)
         self._program, self._control, self._tolerance, self._feel = program, control, tolerance, feel
         self._judged = program.continuous_places()
         self._step = float(control.step)
         self.rejected = 0
 
-    def advance(self, times: np.ndarray, record: np.ndarray) -> int:
+    def advance(self) -> int:
         """Take one accepted step; returns a code of the compiled loop's."""
-        control, addresses = self._control, self._program.addresses
+        control, address = self._control, self._program.address
         if control.done >= control.steps:
             return compiled.FINISHED
-        if control.rows + 2 > len(times):
+        if control.rows + 2 > control.room:
             return compiled.FULL
         while True:
-            compiled.plan_step(addresses, control)
+            compiled.plan_step(address, control)
             t, end, whole = float(control.t), float(control.target), bool(control.at_grid)
             h = end - t if end - t <= self._step * (1.0 + 1e-9) else self._step
             reaches_end = h == end - t
-            error = self._both_ways(t, t + h if not reaches_end else end, whole and reaches_end, times, record)
+            error = self._both_ways(t, t + h if not reaches_end else end, whole and reaches_end)
             if error is None:
                 return compiled.FAULT
-            factor = min(_MOST, max(_LEAST, _SAFETY * (1.0 / max(error, 1e-10)) ** (1.0 / (_ORDER + 1))))
+            factor = min(_MOST, max(_LEAST, _SAFETY * (1.0 / max(error, 1e-10)) ** (1.0 / (self._order + 1))))
             if error <= 1.0:
                 self._step = min(float(control.step), max(self._step, h) * factor if reaches_end else h * factor)
-                compiled.first_row(addresses, control, times, record)
+                compiled.first_row(address, control)
                 return compiled.FINISHED if control.done >= control.steps else compiled.GOING_ON
             self.rejected += 1
             self._step = h * factor
@@ -73,23 +73,23 @@ class StepControl:
                     "or be unstable there: use a larger tolerance"
                 )
 
-    def _both_ways(self, t: float, end: float, at_grid: bool, times: np.ndarray, record: np.ndarray) -> float | None:
+    def _both_ways(self, t: float, end: float, at_grid: bool) -> float | None:
         """Step from t to the end once whole, then by halves; the error over the tolerance, or None for a fault."""
         control, bus = self._control, self._program.layout.bus
         saved = _Saved(self._program, control)
         try:
             control.silent = 1
-            if not self._take(end, at_grid, times, record):
+            if not self._take(end, at_grid):
                 return None
             once = bus[self._judged].copy()
             if float(control.target) != end:  # an event came in between: the way to it is judged by halves of its own
                 end, at_grid = float(control.target), False
             saved.restore()
             middle = 0.5 * (t + end)
-            if not (self._take(middle, False, times, record) and self._take(end, at_grid, times, record)):
+            if not (self._take(middle, False) and self._take(end, at_grid)):
                 return None
             twice = bus[self._judged]
-            error = np.max(np.abs(twice - once) / (1.0 + np.abs(twice)), initial=0.0) / (2**_ORDER - 1) / self._tolerance
+            error = np.max(np.abs(twice - once) / (1.0 + np.abs(twice)), initial=0.0) / (2**self._order - 1) / self._tolerance
             if error > 1.0:
                 saved.restore()
             return float(error)
@@ -97,10 +97,10 @@ class StepControl:
             control.silent = 0
             saved.free()
 
-    def _take(self, target: float, at_grid: bool, times: np.ndarray, record: np.ndarray) -> bool:
+    def _take(self, target: float, at_grid: bool) -> bool:
         self._control.target, self._control.at_grid, self._control.at_event = target, at_grid, 0
         self._feel(target if self._control.exchange else float(self._control.t))
-        return bool(compiled.take_planned_step(self._program.addresses, self._control, times, record))
+        return bool(compiled.take_planned_step(self._program.address, self._control))
 
 
 class _Saved:
@@ -110,7 +110,7 @@ class _Saved:
         self._program, self._control = program, control
         self._states = {name: instance.save_state() for name, instance in program.instances.items()}
         layout = program.layout
-        self._arrays = [(array, array.copy()) for array in (layout.bus, layout.tables, layout.instances)]
+        self._arrays = [(array, array.copy()) for array in (layout.bus, layout.tables, layout.instances, layout.slopes)]
         self._numbers = {name: control[name].item() for name in of.CONTROL.names or ()}
 
     def restore(self) -> None:

@@ -61,7 +61,7 @@ def judge(control, status, where, t, function=-1):
     return fail(control, of.CALL_FAILED, status, where, function, t)
 
 
-@inlined
+@compiled
 def _put(kind, at, value):
     """Write a value in its type; False if it does not fit."""
     if kind == of.F8:
@@ -70,11 +70,6 @@ def _put(kind, at, value):
     if kind == of.BOOLEAN2:
         write_i4(at, np.int32(1 if value != 0.0 else 0))
         return True
-    return _put_other(kind, at, value)
-
-
-@compiled
-def _put_other(kind, at, value):
     if kind == of.BOOLEAN3:
         write_u1(at, np.uint8(1 if value != 0.0 else 0))
         return True
@@ -106,16 +101,11 @@ def _put_other(kind, at, value):
     return True
 
 
-@inlined
+@compiled
 def _taken(kind, at):
     """A value of any type as a double."""
     if kind == of.F8:
         return read_f8(at)
-    return _taken_other(kind, at)
-
-
-@compiled
-def _taken_other(kind, at):
     if kind == of.BOOLEAN2:
         return 1.0 if read_i4(at) != 0 else 0.0
     if kind == of.BOOLEAN3:
@@ -149,20 +139,32 @@ def _size(kind):
 
 
 @inlined
+def _call2(transfer):
+    return fmi2_transfer(transfer.function, (transfer.handle, transfer.references, transfer.reference_count, transfer.values))
+
+
+@inlined
 def _call_transfer(transfer):
     if transfer.version == 2:
-        return fmi2_transfer(transfer.function, (transfer.handle, transfer.references, transfer.reference_count, transfer.values))
+        return _call2(transfer)
     arguments = (transfer.handle, transfer.references, transfer.reference_count, transfer.values, transfer.element_count)
     return fmi3_transfer(transfer.function, arguments)
 
 
+@inlined
+def _scaled(element):
+    """The value that an element is set to: gain * source + shift; see layout.ELEMENT."""
+    return read_f8(element + np.uintp(8)) * read_f8(read_u8(element)) + read_f8(element + np.uintp(16))
+
+
 @compiled
-def _set_others(transfer, control, number, t):
-    """Set inputs of other types than double; see set_values."""
+def set_values(transfers, control, number, t):
+    """Set the inputs of a transfer from the bus, whatever their type."""
+    transfer = transfers[number]
     size = np.uintp(_size(transfer.kind))
     at, e = transfer.values, transfer.elements
     for i in range(transfer.element_count):
-        value = read_f8(e + np.uintp(8)) * read_f8(read_u8(e)) + read_f8(e + np.uintp(16))  # see layout.ELEMENT
+        value = _scaled(e)
         if not math.isfinite(value):
             return fail(control, of.NOT_FINITE, 0, number, np.int64(i), t)
         if not _put(transfer.kind, at, value):
@@ -172,39 +174,49 @@ def _set_others(transfer, control, number, t):
     return judge(control, _call_transfer(transfer), number, t)
 
 
-@inlined
-def set_values(system, control, number, t):
-    """Set the inputs of a transfer from the bus: value = gain * source + shift."""
-    transfer = system.transfers[np.uintp(number)]
-    if transfer.kind != of.F8:
-        return _set_others(transfer, control, number, t)
+@compiled
+def get_values(transfers, control, number, t):
+    """Get the outputs of a transfer to the bus, whatever their type."""
+    transfer = transfers[number]
+    if not judge(control, _call_transfer(transfer), number, t):
+        return False
+    size = np.uintp(_size(transfer.kind))
     at, e = transfer.values, transfer.elements
-    for i in range(transfer.element_count):
-        value = read_f8(e + np.uintp(8)) * read_f8(read_u8(e)) + read_f8(e + np.uintp(16))  # see layout.ELEMENT
+    for _ in range(transfer.element_count):
+        write_f8(read_u8(e), _taken(transfer.kind, at))
+        at += size
+        e += _ELEMENT_SIZE
+    return True
+
+
+@inlined
+def set_reals(transfers, control, number, t):
+    """Set real inputs of FMI 2.0 from the bus: the straight path of most transfers."""
+    transfer = transfers[np.uintp(number)]
+    at, e, count = transfer.values, transfer.elements, transfer.element_count
+    i = np.uintp(0)
+    while i < count:
+        value = _scaled(e)
         if not math.isfinite(value):
             return fail(control, of.NOT_FINITE, 0, number, np.int64(i), t)
         write_f8(at, value)
         at += np.uintp(8)
         e += _ELEMENT_SIZE
-    return judge(control, _call_transfer(transfer), number, t)
+        i += np.uintp(1)
+    return judge(control, _call2(transfer), number, t)
 
 
 @inlined
-def get_values(system, control, number, t):
-    """Get the outputs of a transfer to the bus."""
-    transfer = system.transfers[np.uintp(number)]
-    if not judge(control, _call_transfer(transfer), number, t):
+def get_reals(transfers, control, number, t):
+    """Get real outputs of FMI 2.0 to the bus."""
+    transfer = transfers[np.uintp(number)]
+    if not judge(control, _call2(transfer), number, t):
         return False
-    at, e = transfer.values, transfer.elements
-    if transfer.kind == of.F8:
-        for _ in range(transfer.element_count):
-            write_f8(read_u8(e), read_f8(at))
-            at += np.uintp(8)
-            e += _ELEMENT_SIZE
-        return True
-    size = np.uintp(_size(transfer.kind))
-    for _ in range(transfer.element_count):
-        write_f8(read_u8(e), _taken(transfer.kind, at))
-        at += size
+    at, e, count = transfer.values, transfer.elements, transfer.element_count
+    i = np.uintp(0)
+    while i < count:
+        write_f8(read_u8(e), read_f8(at))
+        at += np.uintp(8)
         e += _ELEMENT_SIZE
+        i += np.uintp(1)
     return True

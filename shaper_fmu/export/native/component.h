@@ -10,7 +10,7 @@
 #define NO_EVENT 1e300
 
 typedef enum { REAL, INTEGER, BOOLEAN, ENUMERATION } Kind;
-typedef enum { INPUT, OUTPUT, PARAMETER, CALCULATED, LOCAL, HIDDEN } Causality;
+typedef enum { INPUT, OUTPUT, PARAMETER, CALCULATED, LOCAL, HIDDEN, SLOPE } Causality;
 typedef enum { UNBOUNDED, INCLUSIVE, EXCLUSIVE } Bound;
 
 typedef struct {
@@ -33,6 +33,7 @@ typedef struct {
     int items; /* of an enumeration */
     const NumberedText *item;
     int derivative; /* index of the variable that is its time derivative, or -1 */
+    int slope;      /* of an input: index of the hidden variable that is its time derivative over a step, or -1 */
 } Variable;
 
 static inline int length(const Variable *v) { return v->size ? v->size : 1; }
@@ -57,7 +58,8 @@ typedef struct {
     const Variable *variable;
     int inputs; /* indices into variable */
     const uint16_t *input;
-    int results; /* real outputs, locals and calculated parameters */
+    int results;    /* real outputs and locals */
+    int calculated; /* real calculated parameters, which follow them */
     const uint16_t *result;
     int visible; /* FMI 3 value references: index into visible_variable; `visible` itself is the time */
     const uint16_t *visible_variable;
@@ -123,6 +125,7 @@ Status set_start(Instance *, double start, int stop_defined, double stop);
 Status enter_initialization(Instance *);
 Status exit_initialization(Instance *, Phase next);
 Status refresh(Instance *);
+void note_set(Instance *, int changed);
 Status advance(Instance *, double t, double h, int left_limits);
 Status check_step(Instance *, double t, double h);
 Status enter_event_mode(Instance *);
@@ -152,10 +155,11 @@ void *field(const Instance *, const Variable *, int element);
 void start_values(unsigned char *record, int with_inputs_and_parameters);
 Status check_domains(Instance *);
 Status check_inputs(Instance *, double t);
-Status check_results(Instance *, const unsigned char *record, double t);
+Status check_results(Instance *, const unsigned char *record, double t, int with_calculated);
 int check_element(Instance *, const Variable *, int element, double value, const double *t);
 Status settable(Instance *, const Variable *, int element, double value);
 Status derivative_of(Instance *, const Variable *, int element, int order, double *value);
+Status set_slope(Instance *, const Variable *, int element, int order, double value, int only_check);
 int check_null(Instance *, const void *pointer, size_t n, const char *function);
 
 /* messages.c */

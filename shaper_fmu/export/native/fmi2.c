@@ -113,8 +113,9 @@ static const Variable *find(Instance *instance, fmi2ValueReference vr, int kinds
         instance->tried = 0; \
         for (size_t i = 0; i < nvr; i++) { \
             const Scalar *s = &component.scalar[vr[i]]; \
-            *(Stored *)field(instance, &component.variable[s->variable], s->element) = converted; \
-            instance->stale = 1; \
+            Stored *at = field(instance, &component.variable[s->variable], s->element), given = converted; \
+            note_set(instance, *at != given); \
+            *at = given; \
         } \
         return fmi2OK; \
     }
@@ -246,10 +247,16 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
                                        const fmi2Real value[]) {
-    (void)vr, (void)order, (void)value;
     REQUIRE(STEPS_ONLY | WRITABLE);
-    if (!nvr) return fmi2OK;
-    return (fmi2Status)refuse(instance, ERROR, "%s: inputs are held over a step; derivatives of inputs are not taken", component.name);
+    if (!check_null(instance, vr, nvr, __func__) || !check_null(instance, order, nvr, __func__) ||
+        !check_null(instance, value, nvr, __func__))
+        return fmi2Error;
+    for (int only_check = 1; only_check >= 0; only_check--)
+        for (size_t i = 0; i < nvr; i++) {
+            const Variable *v = find(instance, vr[i], 1 << REAL, "Real");
+            if (!v || set_slope(instance, v, component.scalar[vr[i]].element, order[i], value[i], only_check)) return fmi2Error;
+        }
+    return fmi2OK;
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],

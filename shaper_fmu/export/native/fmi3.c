@@ -108,11 +108,12 @@ const Variable *find_variable(Instance *self, fmi3ValueReference vr, int kinds, 
     return 0;
 }
 
-/* Whether the values fill the variables exactly; if not, says so. */
-static Status count(Instance *self, const fmi3ValueReference vr[], size_t n, int kinds, const char *type, size_t values) {
+/* Whether the values fill the variables exactly; if not, says so. The time can be read, but not set. */
+static Status count(Instance *self, const fmi3ValueReference vr[], size_t n, int kinds, const char *type, size_t values,
+                    int with_time) {
     size_t needed = 0;
     for (size_t i = 0; i < n; i++) {
-        if (kinds == 1 << REAL && vr[i] == (unsigned)component.visible)
+        if (with_time && kinds == 1 << REAL && vr[i] == (unsigned)component.visible)
             needed++; /* the time */
         else {
             const Variable *v = find_variable(self, vr[i], kinds, type);
@@ -131,7 +132,7 @@ static Status count(Instance *self, const fmi3ValueReference vr[], size_t n, int
         REQUIRE(READABLE); \
         if (!check_null(self, valueReferences, nValueReferences, __func__) || !check_null(self, values, nValues, __func__)) \
             return fmi3Error; \
-        if (count(self, valueReferences, nValueReferences, kinds, #Name, nValues) || refresh(self)) return fmi3Error; \
+        if (count(self, valueReferences, nValueReferences, kinds, #Name, nValues, 1) || refresh(self)) return fmi3Error; \
         for (size_t i = 0, k = 0; i < nValueReferences; i++) { \
             if (valueReferences[i] == (unsigned)component.visible) { \
                 values[k++] = (fmi3##Name)self->time; \
@@ -151,9 +152,7 @@ static Status count(Instance *self, const fmi3ValueReference vr[], size_t n, int
         REQUIRE(WRITABLE); \
         if (!check_null(self, valueReferences, nValueReferences, __func__) || !check_null(self, values, nValues, __func__)) \
             return fmi3Error; \
-        for (size_t i = 0; i < nValueReferences; i++) \
-            if (!find_variable(self, valueReferences[i], kinds, #Name)) return fmi3Error; \
-        if (count(self, valueReferences, nValueReferences, kinds, #Name, nValues)) return fmi3Error; \
+        if (count(self, valueReferences, nValueReferences, kinds, #Name, nValues, 0)) return fmi3Error; \
         for (size_t i = 0, k = 0; i < nValueReferences; i++) { \
             const Variable *v = &component.variable[component.visible_variable[valueReferences[i]]]; \
             for (int j = 0; j < length(v); j++) \
@@ -163,8 +162,11 @@ static Status count(Instance *self, const fmi3ValueReference vr[], size_t n, int
         for (size_t i = 0, k = 0; i < nValueReferences; i++) { \
             const Variable *v = &component.variable[component.visible_variable[valueReferences[i]]]; \
             Stored *first = field(self, v, 0); \
-            for (int j = 0; j < length(v); j++) first[j] = (Stored)values[k++]; \
-            self->stale = 1; \
+            for (int j = 0; j < length(v); j++) { \
+                Stored given = (Stored)values[k++]; \
+                note_set(self, first[j] != given); \
+                first[j] = given; \
+            } \
         } \
         return fmi3OK; \
     }

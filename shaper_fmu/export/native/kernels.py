@@ -49,7 +49,14 @@ def _compiled_elsewhere(component: type[Component]) -> dict[str, str]:
         ) from None
     if "error" in answer:
         raise BuildError(answer["error"])
+    if answer.pop("layout") != _layout(component):  # a library whose parts disagree about its record would crash its host
+        raise BuildError(f"{component.__name__}: its source has changed since it was loaded; build it again")
     return answer
+
+
+def _layout(component: type[Component]) -> str:
+    """The fields of the record, as a text."""
+    return " ".join(f"{v.name}:{v.code}{v.size or 0}" for v in component.variables.values())
 
 
 def _main(file: str, module: str, name: str) -> dict[str, str]:
@@ -62,7 +69,8 @@ def _main(file: str, module: str, name: str) -> dict[str, str]:
             component = next(c for c in load_components(Path(file)) if c.__name__ == name)
         else:
             component = getattr(import_module(module), name)
-        return {kernel: freestanding_ir(component, kernel, f"kernel_{kernel}") for kernel in KERNELS}
+        kernels = {kernel: freestanding_ir(component, kernel, f"kernel_{kernel}") for kernel in KERNELS}
+        return {"layout": _layout(component), **kernels}
     except ShaperFmuError as error:
         return {"error": str(error)}
 

@@ -109,14 +109,14 @@ static Status run_step(Instance *instance, unsigned char *record, double t, doub
     *(int *)(record + component.left_limits) = left_limits;
     if (component.step(&status, &unused, record, t, h)) status = -1;
     *(int *)(record + component.left_limits) = 0;
-    return status ? kernel_failure(instance, record, status, t) : check_results(instance, record, t);
+    return status ? kernel_failure(instance, record, status, t) : check_results(instance, record, t, 0);
 }
 
 /* Parameters and inputs are checked; then states and outputs come from scratch. */
 static Status initialize(Instance *instance) {
     if (check_domains(instance)) return ERROR;
     start_values(instance->record, 0);
-    if (run_start(instance) || check_results(instance, instance->record, instance->time)) return ERROR;
+    if (run_start(instance) || check_results(instance, instance->record, instance->time, 1)) return ERROR;
     if (run_step(instance, instance->record, instance->time, 0.0, 0)) return ERROR;
     instance->stale = 0;
     return OK;
@@ -141,6 +141,11 @@ static Status try_out(Instance *instance) {
     instance->stale = 0;
     instance->tried = 1;
     return OK;
+}
+
+/* A value was set. At a communication point outputs stay as they are when it is the one that was there already. */
+void note_set(Instance *instance, int changed) {
+    if (changed || !(instance->phase & (STEPPING | EVENT))) instance->stale = 1;
 }
 
 /* Outputs follow the values set so far: all of them while initializing, inputs without delay at a communication point. */

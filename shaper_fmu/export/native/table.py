@@ -18,18 +18,21 @@ _CAUSALITIES = {
     "local": "LOCAL",
     "state": "HIDDEN",
 }
+_SLOPE = "SLOPE"
 
 
 def component_table(component: type[Component], token: str) -> str:
     """C source that defines `const Component component`, for a library that answers to this GUID or token."""
     variables = list(component.variables.values())
     index = {variable.name: i for i, variable in enumerate(variables)}
+    slopes = {v.slope for v in variables if v.slope}
     visible = [index[v.name] for v in visible_variables(component)]
     offsets = record_offsets(component)
+    calculated = _real(variables, "calculatedParameter")
     arrays = {
-        "variables": ("Variable", [_variable(v, index, offsets) for v in variables]),
+        "variables": ("Variable", [_variable(v, index, offsets, v.name in slopes) for v in variables]),
         "inputs": ("uint16_t", [str(i) for i, v in enumerate(variables) if v.causality == "input"]),
-        "results": ("uint16_t", [str(i) for i, v in enumerate(variables) if _is_real_result(v)]),
+        "results": ("uint16_t", [str(i) for i in [*_real(variables, "output", "local"), *calculated]]),
         "visible": ("uint16_t", [str(i) for i in visible]),
         "scalars": ("Scalar", _scalars(variables, visible)),
         "states": ("Scalar", _scalars(variables, [index[name] for name in component.continuous_states or ()])),
@@ -40,7 +43,9 @@ def component_table(component: type[Component], token: str) -> str:
         _text(component.__name__), _text(token), f"UINT64_C({layout_digest(component)})", str(record_dtype(component).itemsize),
         str(offsets["left_limits"]), str(event), str(int(component.sampled)), str(int(component.continuous_states is not None)),
     ]  # fmt: skip
-    fields += [f"{len(rows)}, {name}" for name, (_, rows) in arrays.items()]
+    counts = {name: str(len(rows)) for name, (_, rows) in arrays.items()}
+    counts["results"] = f"{len(arrays['results'][1]) - len(calculated)}, {len(calculated)}"
+    fields += [f"{counts[name]}, {name}" for name in arrays]
     return "\n".join([
         '#include "component.h"',
         "int kernel_start(int *status, void **unused, void *record);",
@@ -64,8 +69,8 @@ def layout_digest(component: type[Component]) -> int:
     return int.from_bytes(hashlib.sha256(repr((component.__name__, layout)).encode()).digest()[:8], "big")
 
 
-def _is_real_result(variable: Variable) -> bool:
-    return variable.kind is float and variable.causality in ("output", "local", "calculatedParameter")
+def _real(variables: list[Variable], *causalities: str) -> list[int]:
+    return [i for i, v in enumerate(variables) if v.kind is float and v.causality in causalities]
 
 
 def _scalars(variables: list[Variable], chosen: list[int]) -> list[str]:
@@ -88,17 +93,18 @@ def _item_tables(variables: list[Variable]) -> list[str]:
     return tables
 
 
-def _variable(variable: Variable, index: dict[str, int], offsets: dict[str, int]) -> str:
+def _variable(variable: Variable, index: dict[str, int], offsets: dict[str, int], is_slope: bool) -> str:
     items = list(variable.kind) if issubclass(variable.kind, enum.IntEnum) else []
     kind = "ENUMERATION" if items else {float: "REAL", int: "INTEGER", bool: "BOOLEAN"}[variable.kind]
+    causality = _SLOPE if is_slope else _CAUSALITIES[variable.causality]
     bounds = [_bound(variable, side, value) for side, value in (("min", variable.min), ("max", variable.max))]
     fields = [
-        _text(variable.name), _text(variable.unit), kind, _CAUSALITIES[variable.causality], str(int(variable.tunable)),
+        _text(variable.name), _text(variable.unit), kind, causality, str(int(variable.tunable)),
         str(variable.size or 0), str(offsets[variable.name]), _double(variable.starts[0]),
         f"starts_{variable.name}" if len(set(variable.starts)) > 1 else "0", *bounds,
         _double(variable.min or 0.0), _double(variable.max or 0.0),
         *([str(len(items)), f"items_{variable.name}"] if items else ["0", "0"]),
-        str(index[variable.derivative] if variable.derivative else -1),
+        str(index[variable.derivative] if variable.derivative else -1), str(index[variable.slope] if variable.slope else -1),
     ]  # fmt: skip
     return "{" + ", ".join(fields) + "}"
 

@@ -21,7 +21,8 @@ void *field(const Instance *instance, const Variable *v, int element) {
 void start_values(unsigned char *record, int with_inputs_and_parameters) {
     for (int k = 0; k < component.variables; k++) {
         const Variable *v = &component.variable[k];
-        if ((v->causality == INPUT || v->causality == PARAMETER) && !with_inputs_and_parameters) continue;
+        int kept = v->causality == INPUT || v->causality == PARAMETER || v->causality == SLOPE;
+        if (kept && !with_inputs_and_parameters) continue;
         for (int i = 0; i < length(v); i++) {
             double value = v->starts ? v->starts[i] : v->start;
             if (v->kind == REAL)
@@ -38,7 +39,7 @@ static int is_item(const Variable *v, double value) {
     return 0;
 }
 
-static const char *const CAUSALITIES[] = {"input", "output", "parameter", "calculatedParameter", "local", "state"};
+static const char *const CAUSALITIES[] = {"input", "output", "parameter", "calculatedParameter", "local", "state", "state"};
 
 static const char *at_time(char *text, size_t size, const double *t) {
     *text = 0;
@@ -104,9 +105,9 @@ Status check_inputs(Instance *instance, double t) {
     return OK;
 }
 
-/* Results must be finite. */
-Status check_results(Instance *instance, const unsigned char *record, double t) {
-    for (int k = 0; k < component.results; k++) {
+/* Results must be finite: those of a step, or with the calculated parameters after them in the list. */
+Status check_results(Instance *instance, const unsigned char *record, double t, int with_calculated) {
+    for (int k = 0; k < component.results + (with_calculated ? component.calculated : 0); k++) {
         const Variable *v = &component.variable[component.result[k]];
         const double *value = (const double *)(record + v->offset);
         for (int i = 0; i < length(v); i++) {
@@ -148,6 +149,17 @@ Status derivative_of(Instance *instance, const Variable *v, int element, int ord
     if (order < 1 || !found)
         return refuse(instance, ERROR, "%s: the derivative of %s of order %d is not known", component.name, v->name, order);
     *value = *(const double *)field(instance, found, element);
+    return OK;
+}
+
+/* Set the time derivative of an input over the coming steps, or only tell whether it can be set. */
+Status set_slope(Instance *instance, const Variable *v, int element, int order, double value, int only_check) {
+    if (v->slope < 0 || order != 1)
+        return refuse(instance, ERROR, "%s: the derivative of %s of order %d is not taken%s", component.name, v->name, order,
+                      v->slope < 0 ? ": it is held over a step" : ", only the first");
+    if (!isfinite(value))
+        return refuse(instance, ERROR, "%s: the derivative of %s must be a finite number", component.name, v->name);
+    if (!only_check) *(double *)field(instance, &component.variable[v->slope], element) = value;
     return OK;
 }
 

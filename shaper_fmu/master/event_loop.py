@@ -1,0 +1,70 @@
+"""Events in the compiled loop: event mode of FMI 3.0, and values exchanged until nothing changes any more."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from shaper_fmu.master import layout as of
+from shaper_fmu.master.calls import fmi3_update, read_f8, read_u1, simple_call
+from shaper_fmu.master.execution import execute, opened
+from shaper_fmu.master.transfers import compiled, fail, judge
+
+_MOST_UPDATES = 100
+
+
+@compiled
+def _update(instances, control, number, t):
+    """Update an instance's discrete states; 1 if it needs another one, 0 if not, -1 if it failed."""
+    instance = instances[number]
+    a = instance.answers
+    flags = a + np.uintp(8), a + np.uintp(9), a + np.uintp(10), a + np.uintp(11), a + np.uintp(12)
+    arguments = (instance.handle, flags[0], flags[1], flags[2], flags[3], flags[4], a)
+    if not judge(control, fmi3_update(instance.update, arguments), -1 - number, t, 3):
+        return -1
+    if read_u1(flags[1]):
+        fail(control, of.TERMINATED, 0, -1 - number, 3, t)
+        return -1
+    instance.next_event = read_f8(a) if read_u1(flags[4]) else of.NO_EVENT
+    return 1 if read_u1(flags[0]) else 0
+
+
+@compiled
+def _all_in_mode(instances, control, entering, t):
+    for i in range(instances.size):
+        instance = instances[i]
+        if instance.event_mode:
+            address = instance.enter_event_mode if entering else instance.enter_step_mode
+            if not judge(control, simple_call(address, (instance.handle,)), -1 - i, t, 1 if entering else 2):
+                return False
+    return True
+
+
+@compiled
+def handle_event(address, control, t, entering):
+    """Exchange values at t until nothing changes any more; instances with event mode go through it.
+
+    A function of its own, not inlined: events are rare, and the loop's code has to fit into the processor's cache.
+    """
+    system = opened(address)
+    control.smooth_from = t
+    if entering and not _all_in_mode(system.instances, control, True, t):
+        return False
+    asking = 0
+    for _ in range(_MOST_UPDATES):
+        if not execute(system, control, system.exchange_program, t, 0.0):
+            return False
+        again = 0
+        for i in range(system.instances.size):
+            if system.instances[i].event_mode:
+                answer = _update(system.instances, control, i, t)
+                if answer < 0:
+                    return False
+                if answer > 0:
+                    again, asking = 1, i
+        if not execute(system, control, system.read_program, t, 0.0):
+            return False
+        if not execute(system, control, system.exchange_program, t, 0.0):
+            return False
+        if again == 0:
+            return _all_in_mode(system.instances, control, False, t)
+    return fail(control, of.ENDLESS_EVENTS, 0, -1 - asking, 3, t)
