@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from shaper_fmu.component import Component, Input, Local, Output, Parameter
+from shaper_fmu.component import Component, Input, Local, Output, Parameter, State
 
 NO_LIMIT = 1e300
 
@@ -14,14 +14,15 @@ class PositionController(Component):
     within +-force_limit. Against windup the integration is conditional: it never carries the force beyond the limit, and
     stops where a proportional or derivative part already does, unless it leads back. Over a held input the unlimited
     force is a straight line in time, so the integral, and the moment at which it stops, are exact: dividing a step
-    changes nothing. (Back-calculation would add a time constant to choose, and its response would depend on it.)
+    changes nothing. (Back-calculation would add a time constant to choose, and its response would depend on it.) Over
+    inputs that are linear over the step the integral is exact within the limit; at the limit the step's end decides.
     """
 
     continuous_states = ("integral_force",)
 
-    reference = Input("m", "position wanted")
-    position = Input("m", "position measured")
-    velocity = Input("m/s", "velocity measured")
+    reference = Input("m", "position wanted", slope="reference_slope")
+    position = Input("m", "position measured", slope="position_slope")
+    velocity = Input("m/s", "velocity measured", slope="velocity_slope")
     proportional_gain = Parameter(100.0, "N/m", "force per position error", min=0.0)
     integral_gain = Parameter(0.0, "N/m/s", "rate of force per position error, 0 for a PD controller", min=0.0)
     derivative_gain = Parameter(20.0, "N.s/m", "force against the velocity", min=0.0)
@@ -32,11 +33,20 @@ class PositionController(Component):
     integral_force = Local("N", "integral part of the force", derivative="integral_rate")
     integral_rate = Local("N/s", "rate of the integral part: 0 where the integration stops")
 
+    reference_slope = State(0.0)
+    position_slope = State(0.0)
+    velocity_slope = State(0.0)
+
     def step(self, t, h):
+        added = self.integral_gain * (self.reference - self.position) * h
+        added += 0.5 * self.integral_gain * (self.reference_slope - self.position_slope) * h * h
+        self.reference += self.reference_slope * h
+        self.position += self.position_slope * h
+        self.velocity += self.velocity_slope * h
         error = self.reference - self.position
         direct = self.proportional_gain * error - self.derivative_gain * self.velocity
         rate = self.integral_gain * error
-        self.integral_force = integrated(self.integral_force, rate * h, direct, self.force_limit)
+        self.integral_force = integrated(self.integral_force, added, direct, self.force_limit)
         total = direct + self.integral_force
         stopped = (rate > 0.0 and total >= self.force_limit) or (rate < 0.0 and total <= -self.force_limit)
         self.integral_rate = 0.0 if stopped else rate

@@ -116,7 +116,7 @@ def take_step(system, address, control):
     control.ends_at_event = 1 if event else 0
     whole = control.at_grid and control.done + 1 < control.steps and t == control.start + control.done * control.step
     h = control.step if whole else target - t
-    if not execute(system, control, system.step_program, t, h):
+    if not execute(system, control, system.jump_program if event else system.step_program, t, h):
         return False
     target = control.target  # an early return may have moved it
     control.t = target
@@ -165,6 +165,13 @@ def initialize(address, control, t):
     """Read all outputs and spread them over the connections, in initialization mode."""
     system = opened(address)
     return execute(system, control, system.read_program, t, 0.0) and execute(system, control, system.exchange_program, t, 0.0)
+
+
+@compiled
+def exchange(address, control, t):
+    """Spread the bus over the connections, and read what follows without delay."""
+    system = opened(address)
+    return execute(system, control, system.exchange_program, t, 0.0)
 
 
 @compiled

@@ -38,6 +38,7 @@ def opened(address):
         _program(a, 15),
         _array(a, 16, of.SLOPE),
         _array(a, 17, of.SLOPES_OF),
+        _program(a, 18),
     )
 
 

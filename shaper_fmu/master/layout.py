@@ -181,6 +181,7 @@ class Layout(NamedTuple):
     read_program: np.ndarray
     slopes: np.ndarray
     slopes_of: np.ndarray
+    jump_program: np.ndarray  # for steps that end at an announced event
 
 
 def addresses_of(layout: Layout) -> np.ndarray:

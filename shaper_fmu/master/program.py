@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from fmpy.model_description import ModelVariable
 
-from shaper_fmu.errors import ModelError
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.fmu import Fmu, kind_of
 from shaper_fmu.master.instance import Instance
@@ -17,69 +15,8 @@ from shaper_fmu.master.linear_inputs import LinearInputs, lay_out, linear_inputs
 from shaper_fmu.master.metrics import Metric, metric_rows, metric_variables
 from shaper_fmu.master.signals import Table
 from shaper_fmu.master.system import System
+from shaper_fmu.master.transfer_writer import Operation, TransferWriter
 from shaper_fmu.master.wiring import Port
-
-_FMI2 = {
-    "Real": ("Real", of.F8),
-    "Integer": ("Integer", of.I4),
-    "Enumeration": ("Integer", of.I4),
-    "Boolean": ("Boolean", of.BOOLEAN2),
-}
-_FMI3 = {
-    "Float64": ("Float64", of.F8), "Float32": ("Float32", of.F4), "Int8": ("Int8", of.I1), "UInt8": ("UInt8", of.U1),
-    "Int16": ("Int16", of.I2), "UInt16": ("UInt16", of.U2), "Int32": ("Int32", of.I4), "UInt32": ("UInt32", of.U4),
-    "Int64": ("Int64", of.I8), "UInt64": ("UInt64", of.U8), "Enumeration": ("Int64", of.I8), "Boolean": ("Boolean", of.BOOLEAN3),
-}  # fmt: skip
-
-Operation = tuple[int, int]
-
-
-@dataclass
-class _Writer:
-    """Arrays that grow while a layout is made."""
-
-    instances: Mapping[str, Instance]
-    numbers: dict[str, int]
-    scaled: Mapping[Port, tuple[float, float]]
-    transfers: list[tuple[Any, ...]] = field(default_factory=list)
-    labels: list[tuple[str, str, list[str]]] = field(default_factory=list)  # instance, function and elements of each transfer
-    references: list[int] = field(default_factory=list)
-    places: list[int] = field(default_factory=list)
-    grouped: list[list[int]] = field(default_factory=list)  # the places of each transfer
-    scalings: list[tuple[float, float]] = field(default_factory=list)  # of the elements, as they are set
-    size: int = 0
-
-    def transfer(self, verb: str, name: str, variables: Sequence[str], place: Callable[[str], int]) -> list[Operation]:
-        """Transfers of these variables (scalars by name), one for each type; `place` tells where an element is on the bus."""
-        instance = self.instances[name]
-        fmu, types = instance.fmu, _FMI3 if instance.fmu.version == 3 else _FMI2
-        groups: dict[tuple[str, int], list[str]] = {}
-        for variable in variables:
-            kind = str(fmu.variables[variable].type)
-            if kind not in types:
-                raise ModelError([f"{name}.{variable} is of type {kind}; only numbers and booleans can be transferred"])
-            groups.setdefault(types[kind], []).append(variable)
-        return [self._group(verb, name, function, kind, chosen, place) for (function, kind), chosen in groups.items()]
-
-    def _group(self, verb: str, name: str, function: str, kind: int, chosen: list[str], place: Callable[[str], int]) -> Operation:
-        instance = self.instances[name]
-        wholes = instance.fmu.whole_variables(chosen)
-        elements = [element for _, group in wholes for element in group]
-        full_name = f"fmi{instance.fmu.version}{verb}{function}"
-        self.size = -(-self.size // 8) * 8
-        counts = len(self.references), len(wholes), len(self.places), len(elements)
-        handle, version = instance.entry_points()[:2]
-        row = (instance.address(full_name), handle, version, kind, *counts, self.size)
-        self.transfers.append(row)
-        self.labels.append((name, full_name, elements))
-        self.references += [reference for reference, _ in wholes]
-        self.grouped.append([place(element) for element in elements])
-        self.places += self.grouped[-1]
-        self.scalings += [self.scaled.get((name, element), (1.0, 0.0)) for element in elements]
-        self.size += of.SIZES[kind] * len(elements)
-        straight = version == 2 and kind == of.F8
-        code = (of.SET2 if straight else of.SET) if verb == "Set" else (of.GET2 if straight else of.GET)
-        return code, len(self.transfers) - 1
 
 
 class Program:
@@ -92,6 +29,7 @@ class Program:
         labels: for each transfer, the instance, the FMI function and the names of the elements.
         names: the instances by number.
         linear_inputs: the inputs that are linear over each step.
+        loops: the loops of direct feedthrough, each cut at its first input.
         sources: for each transfer, where its elements are on the bus.
     """
 
@@ -109,6 +47,7 @@ class Program:
         self.system, self.instances, self.connections = system, instances, connections
         self.names = list(instances)
         self._algorithm = algorithm
+        self._order, self.loops = system.signal_order()
         self._metrics = metrics
         self._event_ports = _event_ports(system) if exact else []
         ports: Iterable[Port] = [*connections.values(), *recorded, *system.ports(metric_variables(metrics)), *self._event_ports]
@@ -119,7 +58,7 @@ class Program:
         self.linear_inputs = linear_inputs(instances, connections) if linear else []
         for port in self.linear_inputs:
             self._places[("held", *connections[port])] = len(self._places)
-        self._writer = _Writer(instances, {name: i for i, name in enumerate(self.names)}, system.scalings)
+        self._writer = TransferWriter(instances, {name: i for i, name in enumerate(self.names)}, system.scalings)
         self.signals = [
             (self._places[("signal", *port)], signal) for port, signal in system.signals.items() if not isinstance(signal, Table)
         ]
@@ -139,6 +78,10 @@ class Program:
         self.layout.slopes["previous_time"] = self.layout.slopes["held_time"] = np.nan
         for place, (name, variable) in self._unfed.items():
             self.layout.bus[place] = float(self.instances[name].start_value(variable))
+
+    def cut_places(self) -> list[int]:
+        """Where the sources of the cut inputs are on the bus."""
+        return [self._places[self.connections[loop[0]]] for loop in self.loops]
 
     def continuous_places(self) -> np.ndarray:
         """Places on the bus of real outputs, but for announced times of events."""
@@ -208,15 +151,16 @@ class Program:
         hold = [(of.HOLD, 0)] if linear else []
         before += hold
         slopes = [operation for operations in linear.values() for operation in operations]
+        jump = [*before, *[o for operations in sets.values() for o in operations], *slopes, *steps, *read_all]
         if self._algorithm == "jacobi":
-            step = [*hold, *slopes, *steps, *read_all]
+            step = jump = [*hold, *slopes, *steps, *read_all]
         elif self._algorithm == "parallel":
-            step = [*before, *[o for operations in sets.values() for o in operations], *slopes, *steps, *read_all]
-        else:
+            step = jump
+        else:  # what an instance gives at an event belongs to the next step of the others
             step = list(before)
             for name in system.instance_order():
                 step += [*sets.get(name, []), *linear.get(name, []), step_of[name], *reads[name]]
-        return {"step": step, "exchange": exchange, "read": read_all}
+        return {"step": step, "jump": jump, "exchange": exchange, "read": read_all}
 
     def _lay_out_linear_inputs(self) -> LinearInputs:
         order = self.system.instance_order()
@@ -245,7 +189,7 @@ class Program:
     def _ordered_inputs(self) -> list[tuple[str, list[str]]]:
         """Signals from outside first, then connections with causes before effects; neighbours of one instance together."""
         grouped: list[tuple[str, list[str]]] = []
-        for name, variable in [*self.system.signals, *self.system.signal_order()[0]]:
+        for name, variable in [*self.system.signals, *self._order]:
             if not grouped or grouped[-1][0] != name:
                 grouped.append((name, []))
             grouped[-1][1].append(variable)
@@ -294,6 +238,7 @@ class Program:
             read_program=np.array(programs["read"], np.int32).reshape(-1, 2),
             slopes=self._linear.slopes,
             slopes_of=self._linear.slopes_of,
+            jump_program=np.array(programs["jump"], np.int32).reshape(-1, 2),
         )
 
 

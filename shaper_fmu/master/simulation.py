@@ -21,6 +21,7 @@ from shaper_fmu.master.algorithms import ALGORITHMS, Algorithm
 from shaper_fmu.master.events import Treatment, treat_events
 from shaper_fmu.master.faults import fault_error, warning_notes
 from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.loops import loop_notes, solve_loops
 from shaper_fmu.master.metrics import Metric, check_metrics, metric_values
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
@@ -147,7 +148,8 @@ class Simulation:
         control.cut = treatment.exact and not program.signals  # Python's functions are asked before a step, for its end
         self._initialize(program, control, start_values or {})
         controller = self._controller(program, control, tolerance) if tolerance is not None else None
-        notes = (*treatment.notes, *([_told(program.linear_inputs)] if interpolation == "linear" else []))
+        told = (_told(program.linear_inputs),) if interpolation == "linear" else ()
+        notes = (*treatment.notes, *loop_notes(program.loops), *told)
         return self._stepped(program, control, progress, notes, controller)
 
     def _controller(self, program: Program, control: Any, tolerance: float) -> StepControl:
@@ -241,11 +243,20 @@ class Simulation:
         self._feel(program, t)
         if not compiled.initialize(program.address, control, t):
             raise self._fault(program, control, "initialization")
+        if program.loops:
+            self._solve_loops(program, control, t)
         for instance in self.instances.values():
             instance.call("exitInitializationMode", at="initialization")
         in_event_mode = any(instance.event_mode for instance in self.instances.values())
         if not compiled.begin(program.address, control, t, in_event_mode):
             raise self._fault(program, control, "initialization")
+
+    def _solve_loops(self, program: Program, control: Any, t: float) -> None:
+        def exchange() -> None:
+            if not compiled.exchange(program.address, control, t):
+                raise self._fault(program, control, "initialization")
+
+        solve_loops(program.loops, program.layout.bus, program.cut_places(), exchange)
 
     def _results(self, program: Program, control: Any, times: np.ndarray, record: np.ndarray, notes: tuple[str, ...]) -> Results:
         """What has been recorded so far; times on the grid are told by the grid, without rounding of sums."""

@@ -13,7 +13,7 @@ from fmpy.model_description import BaseUnit
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
 from shaper_fmu.master.fmu import TRANSFERABLE, Fmu, kind_of, load_fmu
 from shaper_fmu.master.signals import Interpolation, Signal, make_signal, typed_signal
-from shaper_fmu.master.wiring import Port, instance_order, signal_order
+from shaper_fmu.master.wiring import Loop, Port, instance_order, signal_order
 
 if TYPE_CHECKING:
     from shaper_fmu.master.results import Results
@@ -132,10 +132,11 @@ class System:
                     problems.append(
                         f"input {name}.{variable.name} is not connected: connect it, drive it, or give it a start value"
                     )
-        _, loop = self.signal_order()
-        if loop:
-            path = " -> ".join(f"{instance}.{variable}" for instance, variable in loop)
-            problems.append(f"a loop acts on itself without delay: {path}; break it with an FMU that has no direct feedthrough")
+        for loop in self.signal_order()[1]:
+            source = self.connections[loop[0]]
+            if kind_of(self.fmus[source[0]].variables[source[1]]) != "real":
+                path = " -> ".join(f"{instance}.{variable}" for instance, variable in loop)
+                problems.append(f"a loop acts on itself without delay: {path}; only loops of real numbers can be solved")
         return problems
 
     def simulate(
@@ -158,8 +159,8 @@ class System:
         with Simulation(self, record=options.pop("record", None), metrics=options.pop("metrics", None)) as simulation:
             return simulation.run(stop_time, step, **options)
 
-    def signal_order(self) -> tuple[list[Port], list[Port]]:
-        """Connected inputs in the order in which values spread at initialization, and an algebraic loop if there is one."""
+    def signal_order(self) -> tuple[list[Port], list[Loop]]:
+        """Connected inputs in the order in which values spread at initialization, and the algebraic loops."""
         return signal_order(self.connections, lambda port: [(port[0], name) for name in self.fmus[port[0]].inputs_of(port[1])])
 
     def instance_order(self) -> list[str]:

@@ -10,19 +10,28 @@ Port = tuple[str, str]
 """Instance name and variable name."""
 
 
-def signal_order(connections: dict[Port, Port], inputs_of: Callable[[Port], Iterable[Port]]) -> tuple[list[Port], list[Port]]:
-    """The connected inputs, ordered so that each comes after those that act on its source without delay; and a loop.
+Loop = tuple[Port, ...]
+"""Inputs that act on each other without delay, the first of them repeated at the end."""
 
-    `connections` maps an input to its source; `inputs_of` gives the inputs that an output depends on without delay.
-    The second list is an algebraic loop (its first port repeated at the end), or empty.
+
+def signal_order(connections: dict[Port, Port], inputs_of: Callable[[Port], Iterable[Port]]) -> tuple[list[Port], list[Loop]]:
+    """The connected inputs, ordered so that each comes after those that act on its source without delay; and the loops.
+
+    `connections` maps an input to its source; `inputs_of` gives the inputs that an output depends on without delay. Each
+    loop is cut at its first input, which then comes before what acts on it.
     """
-    sorter: TopologicalSorter[Port] = TopologicalSorter()
-    for target, source in connections.items():
-        sorter.add(target, *[port for port in inputs_of(source) if port in connections])
-    try:
-        return list(sorter.static_order()), []
-    except CycleError as error:
-        return list(connections), list(reversed(error.args[1]))
+    causes = {target: [port for port in inputs_of(source) if port in connections] for target, source in connections.items()}
+    places = {target: i for i, target in enumerate(connections)}
+    loops: list[Loop] = []
+    while True:
+        try:
+            return list(TopologicalSorter(causes).static_order()), loops
+        except CycleError as error:
+            cycle = list(reversed(error.args[1]))[:-1]
+            cut = cycle.index(min(cycle, key=places.__getitem__))
+            cycle = cycle[cut:] + cycle[:cut]
+            loops.append((*cycle, cycle[0]))
+            causes[cycle[0]] = []
 
 
 def instance_order(names: list[str], connections: dict[Port, Port], feedthrough: Callable[[Port], bool]) -> list[str]:

@@ -1,0 +1,74 @@
+"""The transfers of a program: which values one call of an FMI function moves, and where they are on the bus."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from shaper_fmu.errors import ModelError
+from shaper_fmu.master import layout as of
+from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.wiring import Port
+
+_FMI2 = {
+    "Real": ("Real", of.F8),
+    "Integer": ("Integer", of.I4),
+    "Enumeration": ("Integer", of.I4),
+    "Boolean": ("Boolean", of.BOOLEAN2),
+}
+_FMI3 = {
+    "Float64": ("Float64", of.F8), "Float32": ("Float32", of.F4), "Int8": ("Int8", of.I1), "UInt8": ("UInt8", of.U1),
+    "Int16": ("Int16", of.I2), "UInt16": ("UInt16", of.U2), "Int32": ("Int32", of.I4), "UInt32": ("UInt32", of.U4),
+    "Int64": ("Int64", of.I8), "UInt64": ("UInt64", of.U8), "Enumeration": ("Int64", of.I8), "Boolean": ("Boolean", of.BOOLEAN3),
+}  # fmt: skip
+
+Operation = tuple[int, int]
+
+
+@dataclass
+class TransferWriter:
+    """Arrays that grow while a layout is made."""
+
+    instances: Mapping[str, Instance]
+    numbers: dict[str, int]
+    scaled: Mapping[Port, tuple[float, float]]
+    transfers: list[tuple[Any, ...]] = field(default_factory=list)
+    labels: list[tuple[str, str, list[str]]] = field(default_factory=list)  # instance, function and elements of each transfer
+    references: list[int] = field(default_factory=list)
+    places: list[int] = field(default_factory=list)
+    grouped: list[list[int]] = field(default_factory=list)  # the places of each transfer
+    scalings: list[tuple[float, float]] = field(default_factory=list)  # of the elements, as they are set
+    size: int = 0
+
+    def transfer(self, verb: str, name: str, variables: Sequence[str], place: Callable[[str], int]) -> list[Operation]:
+        """Transfers of these variables (scalars by name), one for each type; `place` tells where an element is on the bus."""
+        instance = self.instances[name]
+        fmu, types = instance.fmu, _FMI3 if instance.fmu.version == 3 else _FMI2
+        groups: dict[tuple[str, int], list[str]] = {}
+        for variable in variables:
+            kind = str(fmu.variables[variable].type)
+            if kind not in types:
+                raise ModelError([f"{name}.{variable} is of type {kind}; only numbers and booleans can be transferred"])
+            groups.setdefault(types[kind], []).append(variable)
+        return [self._group(verb, name, function, kind, chosen, place) for (function, kind), chosen in groups.items()]
+
+    def _group(self, verb: str, name: str, function: str, kind: int, chosen: list[str], place: Callable[[str], int]) -> Operation:
+        instance = self.instances[name]
+        wholes = instance.fmu.whole_variables(chosen)
+        elements = [element for _, group in wholes for element in group]
+        full_name = f"fmi{instance.fmu.version}{verb}{function}"
+        self.size = -(-self.size // 8) * 8
+        counts = len(self.references), len(wholes), len(self.places), len(elements)
+        handle, version = instance.entry_points()[:2]
+        row = (instance.address(full_name), handle, version, kind, *counts, self.size)
+        self.transfers.append(row)
+        self.labels.append((name, full_name, elements))
+        self.references += [reference for reference, _ in wholes]
+        self.grouped.append([place(element) for element in elements])
+        self.places += self.grouped[-1]
+        self.scalings += [self.scaled.get((name, element), (1.0, 0.0)) for element in elements]
+        self.size += of.SIZES[kind] * len(elements)
+        straight = version == 2 and kind == of.F8
+        code = (of.SET2 if straight else of.SET) if verb == "Set" else (of.GET2 if straight else of.GET)
+        return code, len(self.transfers) - 1
