@@ -82,7 +82,13 @@ read_i8, write_i8 = _reader(types.int64), _writer(types.int64)
 read_u8, write_u8 = _reader(types.uint64), _writer(types.uint64)
 
 simple_call = _foreign(_POINTER)
-"""f(instance): fmi3EnterEventMode, fmi3EnterStepMode."""
+"""f(instance): fmi3EnterEventMode, fmi3EnterStepMode, fmi2Reset and the like."""
+
+fmi2_setup = _foreign(_POINTER, _INT, _TIME, _TIME, _INT, _TIME)
+"""fmi2SetupExperiment(instance, tolerance defined, tolerance, start time, stop time defined, stop time)."""
+
+fmi3_enter_initialization = _foreign(_POINTER, _FLAG, _TIME, _TIME, _FLAG, _TIME)
+"""fmi3EnterInitializationMode, with the same arguments."""
 
 fmi2_transfer = _foreign(_POINTER, _POINTER, _POINTER, _POINTER)
 """fmi2GetReal, fmi2SetReal and the like: f(instance, references, count, values)."""

@@ -95,7 +95,7 @@ def note(system, control, left):
         return
     if system.metrics.size:
         _measure(system.metrics, system.bus, control.t)
-    if not control.everywhere and (left or not control.at_grid):
+    if control.unrecorded or (not control.everywhere and (left or not control.at_grid)):
         return
     write_f8(control.next_time, control.t)
     control.next_time += np.uintp(8)
@@ -133,6 +133,16 @@ def take_step(system, address, control):
     return True
 
 
+@inlined
+def _is_to_stop(system, control):
+    """Whether the variable that ends the run has been true long enough."""
+    if system.bus[control.stop_place] == 0.0:
+        control.true_since = of.NO_EVENT
+    elif control.true_since == of.NO_EVENT:
+        control.true_since = control.t
+    return control.t - control.true_since >= control.stop_hold
+
+
 @compiled
 def run(address, control, most):
     """Take up to `most` macro steps; returns GOING_ON, FINISHED, FULL (no room in the record) or FAULT."""
@@ -145,6 +155,8 @@ def run(address, control, most):
         plan(system, control)
         if not take_step(system, address, control):
             return FAULT
+        if control.stop_place >= 0 and _is_to_stop(system, control):
+            return FINISHED
     return FINISHED if control.done >= control.steps else GOING_ON
 
 

@@ -39,6 +39,7 @@ def opened(address):
         _array(a, 16, of.SLOPE),
         _array(a, 17, of.SLOPES_OF),
         _program(a, 18),
+        _program(a, 19),
     )
 
 

@@ -15,7 +15,9 @@ from shaper_fmu.master.instance import Instance, moment
 from shaper_fmu.master.program import Program
 
 _DISCARD = 2
-_FUNCTIONS = ("DoStep", "EnterEventMode", "EnterStepMode", "UpdateDiscreteStates", "SetRealInputDerivatives")
+_FUNCTIONS = ("DoStep", "EnterEventMode", "EnterStepMode", "UpdateDiscreteStates", "SetRealInputDerivatives",
+    "Reset", "SetupExperiment", "EnterInitializationMode", "ExitInitializationMode",
+)  # fmt: skip
 """Functions that are no transfers, by the number that the loop tells."""
 
 

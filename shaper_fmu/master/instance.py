@@ -176,6 +176,8 @@ class Instance:
         names = ["fmi3DoStep", "fmi3EnterEventMode", "fmi3EnterStepMode", "fmi3UpdateDiscreteStates"]
         if self.fmu.version == 2:
             names = ["fmi2DoStep", "", "", ""]
+        names += [f"fmi{self.fmu.version}Reset", "fmi2SetupExperiment" if self.fmu.version == 2 else ""]
+        names += [f"fmi{self.fmu.version}{verb}InitializationMode" for verb in ("Enter", "Exit")]
         return (self._handle(), self.fmu.version, int(self.event_mode), *[self.address(name) if name else 0 for name in names])
 
     @property

@@ -21,6 +21,10 @@ INSTANCE = np.dtype(
         ("enter_event_mode", "u8"),
         ("enter_step_mode", "u8"),
         ("update", "u8"),
+        ("reset", "u8"),
+        ("setup", "u8"),  # fmi2SetupExperiment
+        ("enter_initialization", "u8"),
+        ("exit_initialization", "u8"),
         ("answers", "u8"),  # address of 64 bytes for the answers of calls
         ("next_event", "f8"),  # told by the last update of discrete states
     ],
@@ -98,7 +102,7 @@ SLOPES_OF = np.dtype(
 )
 """The call that tells an instance the slopes of its inputs."""
 
-_SOURCES = ("layout", "calls", "transfers", "execution", "event_loop", "compiled")
+_SOURCES = ("layout", "calls", "transfers", "execution", "event_loop", "compiled", "whole_run")
 
 
 def _sources_digest() -> str:
@@ -124,6 +128,10 @@ CONTROL = np.dtype(
         ("smooth_from", "f8"),  # time of the last event
         ("everywhere", "i4"),  # whether rows are recorded at events, too, on both sides
         ("silent", "i4"),  # nothing is recorded or measured: the step may be taken back
+        ("unrecorded", "i4"),  # the metrics are all that is kept
+        ("stop_place", "i4"),  # of a variable that ends the run once it has been true for `stop_hold`; -1 for none
+        ("stop_hold", "f8"),
+        ("true_since", "f8"),
         ("exchange", "i4"),  # whether values are exchanged after each step (jacobi)
         ("cut", "i4"),  # whether an early return may end the step for all
         ("jump", "i4"),  # the next one of the tables
@@ -182,6 +190,7 @@ class Layout(NamedTuple):
     slopes: np.ndarray
     slopes_of: np.ndarray
     jump_program: np.ndarray  # for steps that end at an announced event
+    start_program: np.ndarray  # sets the start values of a batch's runs
 
 
 def addresses_of(layout: Layout) -> np.ndarray:

@@ -37,6 +37,13 @@ class Metric:
         """The metric from what the loop has gathered: a row of `METRIC`."""
         raise NotImplementedError
 
+    def problem(self, row: Any) -> str | None:
+        """Why the value means nothing, in words, or None: a command that is measured from its end must have come to it."""
+        command = self.variables()[1]
+        if command and row["begin"] >= row["time"]:
+            return f"{command} has not come to its end by t = {row['time']:g} s; run for longer"
+        return None
+
 
 @dataclass(frozen=True)
 class Final(Metric):

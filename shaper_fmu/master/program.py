@@ -43,10 +43,12 @@ class Program:
         metrics: Mapping[str, Metric],
         exact: bool,
         linear: bool,
+        starts: Collection[Port] = (),
     ):
         self.system, self.instances, self.connections = system, instances, connections
         self.names = list(instances)
         self._algorithm = algorithm
+        self._starts = starts
         self._order, self.loops = system.signal_order()
         self._metrics = metrics
         self._event_ports = _event_ports(system) if exact else []
@@ -78,6 +80,27 @@ class Program:
         self.layout.slopes["previous_time"] = self.layout.slopes["held_time"] = np.nan
         for place, (name, variable) in self._unfed.items():
             self.layout.bus[place] = float(self.instances[name].start_value(variable))
+
+    def start_places(self) -> list[int]:
+        """Where the start values that a batch sets are on the bus, in their order."""
+        return [self._places["start", *port] for port in self._starts]
+
+    def place(self, port: Port) -> int:
+        """Where the value of an output that is connected, recorded or measured is on the bus."""
+        return self._places[port]
+
+    def has_unfed_elements(self) -> bool:
+        """Whether elements of arrays are set with others although nothing feeds them: they have to be asked for."""
+        return bool(self._unfed)
+
+    def _starting(self, name: str) -> list[Operation]:
+        """Transfers that set an instance's start values."""
+        variables = [port[1] for port in self._starts if port[0] == name]
+
+        def place(variable: str) -> int:
+            return self._places.setdefault(("start", name, variable), len(self._places))
+
+        return self._writer.transfer("Set", name, variables, place) if variables else []
 
     def cut_places(self) -> list[int]:
         """Where the sources of the cut inputs are on the bus."""
@@ -160,7 +183,8 @@ class Program:
             step = list(before)
             for name in system.instance_order():
                 step += [*sets.get(name, []), *linear.get(name, []), step_of[name], *reads[name]]
-        return {"step": step, "jump": jump, "exchange": exchange, "read": read_all}
+        start = [operation for name in self.names for operation in self._starting(name)]
+        return {"start": start, "step": step, "jump": jump, "exchange": exchange, "read": read_all}
 
     def _lay_out_linear_inputs(self) -> LinearInputs:
         order = self.system.instance_order()
@@ -239,6 +263,7 @@ class Program:
             slopes=self._linear.slopes,
             slopes_of=self._linear.slopes_of,
             jump_program=np.array(programs["jump"], np.int32).reshape(-1, 2),
+            start_program=np.array(programs["start"], np.int32).reshape(-1, 2),
         )
 
 

@@ -56,7 +56,7 @@ class Simulation:
         self._fresh = True
         self._programs: dict[tuple[object, ...], Program] = {}
         try:
-            self._instantiate(treat_events(system, None).exact)
+            self.instantiate(treat_events(system, None).exact)
         except BaseException:
             self.close()
             raise
@@ -86,7 +86,7 @@ class Simulation:
             instance.reset()
         self._fresh = True
 
-    def _instantiate(self, exact: bool) -> None:
+    def instantiate(self, exact: bool) -> None:
         """Make the instances that are missing, or that have event mode where steps do not end at events, or the reverse."""
         for name, fmu in self.system.fmus.items():
             event_mode = exact and fmu.has_event_mode and name not in self.system.without_event_mode
@@ -124,24 +124,18 @@ class Simulation:
         """
         if algorithm not in ALGORITHMS:
             raise ModelError([f"there is no algorithm {algorithm!r}.{nearest(algorithm, ALGORITHMS)}"])
-        if not (all(map(math.isfinite, (start_time, stop_time, step))) and step > 0.0 and stop_time >= start_time):
-            raise ModelError([f"cannot run from {start_time} s to {stop_time} s in steps of {step} s"])
-        if step < 16.0 * math.ulp(max(abs(start_time), abs(stop_time))) or (stop_time - start_time) / step > _MOST_STEPS:
-            raise ModelError(
-                [f"steps of {step} s from {start_time} s to {stop_time} s are too small or too many ({_MOST_STEPS:g} at most)"]
-            )
-        steps = math.ceil((stop_time - start_time) / step * (1.0 - 1e-12) - 1e-9)
-        self._check_last_step(start_time + steps * step, stop_time, step)
+        steps = number_of_steps(self.system, start_time, stop_time, step)
         treatment = treat_events(self.system, exact)
         if not self._fresh:
             self.reset()
         self._fresh = False
-        self._instantiate(treatment.exact)
+        self.instantiate(treatment.exact)
         if interpolation not in get_args(Interpolation):
             raise ModelError([f"there is no interpolation {interpolation!r}.{nearest(interpolation, get_args(Interpolation))}"])
         program = self._program(algorithm, treatment, interpolation == "linear")
         control = np.zeros(1, of.CONTROL).view(np.recarray)[0]
         control.start = control.t = control.smooth_from = start_time
+        control.stop_place = -1
         control.stop, control.step, control.steps = stop_time, step, steps
         control.exact = treatment.exact
         control.everywhere, control.exchange = everywhere, algorithm == "jacobi"
@@ -223,12 +217,6 @@ class Simulation:
     def _fault(self, program: Program, control: Any, at: str | None = None) -> SimulationError:
         return fault_error(program, self.instances, control, at)
 
-    def _check_last_step(self, grid_end: float, stop_time: float, step: float) -> None:
-        if grid_end > stop_time + 1e-9 * step:
-            for name, fmu in self.system.fmus.items():
-                if not fmu.co_simulation.canHandleVariableCommunicationStepSize:
-                    raise ModelError([f"{name} takes no variable steps, so stop_time must be a multiple of the step {step} s"])
-
     def _initialize(self, program: Program, control: Any, start_values: Mapping[str, Any]) -> None:
         extra: dict[str, dict[str, Any]] = {name: {} for name in self.instances}
         for name, value in start_values.items():
@@ -279,6 +267,22 @@ class Simulation:
             notes,
             metric_values(self._metrics, program.layout.metrics),
         )
+
+
+def number_of_steps(system: System, start_time: float, stop_time: float, step: float) -> int:
+    """How many communication steps a run takes; the last one may be shorter. Raises ModelError for times that make no sense."""
+    if not (all(map(math.isfinite, (start_time, stop_time, step))) and step > 0.0 and stop_time >= start_time):
+        raise ModelError([f"cannot run from {start_time} s to {stop_time} s in steps of {step} s"])
+    if step < 16.0 * math.ulp(max(abs(start_time), abs(stop_time))) or (stop_time - start_time) / step > _MOST_STEPS:
+        raise ModelError(
+            [f"steps of {step} s from {start_time} s to {stop_time} s are too small or too many ({_MOST_STEPS:g} at most)"]
+        )
+    steps = math.ceil((stop_time - start_time) / step * (1.0 - 1e-12) - 1e-9)
+    if start_time + steps * step > stop_time + 1e-9 * step:
+        for name, fmu in system.fmus.items():
+            if not fmu.co_simulation.canHandleVariableCommunicationStepSize:
+                raise ModelError([f"{name} takes no variable steps, so stop_time must be a multiple of the step {step} s"])
+    return steps
 
 
 def _record_into(control: Any, times: np.ndarray, record: np.ndarray) -> None:

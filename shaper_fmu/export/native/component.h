@@ -103,6 +103,7 @@ struct Instance {
     Phase phase;
     Status step_status;
     int model_exchange, event_mode, early_return, stale, tried, stop_defined;
+    int untouched; /* since the reset no kernel has changed the record */
     double time;        /* of the record in co-simulation; the trial time in model exchange */
     double record_time; /* up to which the record has been advanced */
     double event_time;  /* of an event that waits to be handled, or NO_EVENT */

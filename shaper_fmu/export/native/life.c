@@ -31,8 +31,8 @@ void free_instance(Instance *instance) {
 }
 
 void reset_instance(Instance *instance) {
-    memset(instance->record, 0, (size_t)component.record_size);
     start_values(instance->record, 1);
+    instance->untouched = 1;
     instance->phase = INSTANTIATED;
     instance->step_status = OK;
     instance->stale = instance->tried = instance->stop_defined = 0;
@@ -115,7 +115,8 @@ static Status run_step(Instance *instance, unsigned char *record, double t, doub
 /* Parameters and inputs are checked; then states and outputs come from scratch. */
 static Status initialize(Instance *instance) {
     if (check_domains(instance)) return ERROR;
-    start_values(instance->record, 0);
+    if (!instance->untouched) start_values(instance->record, 0);
+    instance->untouched = 0;
     if (run_start(instance) || check_results(instance, instance->record, instance->time, 1)) return ERROR;
     if (run_step(instance, instance->record, instance->time, 0.0, 0)) return ERROR;
     instance->stale = 0;

@@ -60,7 +60,7 @@ Status restore_state(Instance *instance, const void *state) {
         return refuse(instance, ERROR, "%s: this state was saved by an instance for another kind of simulation", component.name);
     instance->phase = (Phase)life.phase;
     instance->stale = life.phase == CONTINUOUS ? 1 : life.stale;
-    instance->tried = 0;
+    instance->tried = instance->untouched = 0;
     instance->stop_defined = life.stop_defined;
     instance->step_status = (Status)life.step_status;
     instance->time = life.time;

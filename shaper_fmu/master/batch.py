@@ -1,0 +1,165 @@
+"""Batches: many short runs of a system on live instances, each compiled as a whole, with metrics in the place of trajectories.
+
+The numbers are those of `Simulation.run`, to the bit; what lies between the runs takes microseconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from shaper_fmu.errors import ModelError, SimulationError
+from shaper_fmu.master import compiled
+from shaper_fmu.master import layout as of
+from shaper_fmu.master.algorithms import Algorithm
+from shaper_fmu.master.events import treat_events
+from shaper_fmu.master.faults import fault_error
+from shaper_fmu.master.metrics import Metric
+from shaper_fmu.master.program import Program
+from shaper_fmu.master.signals import Interpolation
+from shaper_fmu.master.simulation import Simulation, number_of_steps
+from shaper_fmu.master.system import System
+from shaper_fmu.master.whole_run import whole_run
+from shaper_fmu.master.wiring import Port
+
+_MOST = 1 << 18
+"""Macro steps until Python can be interrupted."""
+
+_ENDLESS = 1 << 62
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What the runs of a batch have in common; times in s.
+
+    With `stop_when` ("instance.variable") a run ends once that variable has been true for `stop_hold`.
+    """
+
+    stop_time: float
+    step: float
+    start_time: float = 0.0
+    algorithm: Algorithm = "jacobi"
+    interpolation: Interpolation = "hold"
+    exact: bool | None = None
+    stop_when: str | None = None
+    stop_hold: float = 0.0
+
+
+class Batch:
+    """Runs of a system that differ in start values. Close it, or use it in a with statement.
+
+    `varied` are the names ("instance.variable") of all start values that any run sets; what a run does not give has the
+    system's own value, or the FMU's. Raises ModelError for wrong names, and for a system that cannot be run as a batch.
+    """
+
+    def __init__(self, system: System, plan: Plan, metrics: Mapping[str, Metric], varied: Sequence[str]):
+        self.system, self.plan, self._metrics = system, plan, dict(metrics)
+        self._simulation = Simulation(system, record=[], metrics=metrics)
+        try:
+            self._prepare(varied)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Batch:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the instances."""
+        self._simulation.close()
+
+    def _prepare(self, varied: Sequence[str]) -> None:
+        plan, system = self.plan, self.system
+        treatment = treat_events(system, plan.exact)
+        self._simulation.instantiate(treatment.exact)
+        self.instances = self._simulation.instances
+        self._ports = self._start_ports(varied)
+        self._program = Program(
+            system, self.instances, system.ports([plan.stop_when] if plan.stop_when else []), plan.algorithm,
+            treatment.connections, self._metrics, treatment.exact, plan.interpolation == "linear", list(self._ports),
+        )  # fmt: skip
+        program = self._program
+        if program.loops or program.signals or program.has_unfed_elements():
+            raise ModelError(["loops without delay, inputs given by functions, and partly connected arrays need Simulation.run"])
+        program.reset()
+        self.notes = treatment.notes
+        self._places = np.array(program.start_places(), np.intp)
+        self._base = np.array([float(value) for value in self._ports.values()])
+        self._index = {port: i for i, port in enumerate(self._ports)}
+        self._in_event_mode = any(instance.event_mode for instance in self.instances.values())
+        fresh, used = np.zeros(1, of.CONTROL), np.zeros(1, of.CONTROL)
+        self._fill(fresh.view(np.recarray)[0], treatment.exact)
+        self._control = used.view(np.recarray)[0]
+        self._fresh_bytes, self._bytes = fresh.view(np.uint8), used.view(np.uint8)
+
+    def _fill(self, control: Any, exact: bool) -> None:
+        plan = self.plan
+        control.start = control.t = control.smooth_from = plan.start_time
+        control.stop, control.step = plan.stop_time, plan.step
+        control.steps = number_of_steps(self.system, plan.start_time, plan.stop_time, plan.step)
+        control.exact, control.exchange = exact, plan.algorithm == "jacobi"
+        control.cut, control.at_grid, control.unrecorded, control.room = exact, 1, 1, _ENDLESS
+        control.stop_place, control.stop_hold, control.true_since = -1, plan.stop_hold, of.NO_EVENT
+        if plan.stop_when:
+            control.stop_place = self._program.place(self.system.ports([plan.stop_when])[0])
+
+    def _start_ports(self, varied: Sequence[str]) -> dict[Port, float | int | bool]:
+        """All start values that are set at each run, with those of the system or of the FMU."""
+        found: dict[Port, float | int | bool] = {}
+        for name, values in self.system.start_values.items():
+            found.update({(name, variable): value for variable, value in values.items()})
+        for name in varied:
+            self.system.check_settable(name)
+            port = self.system.split(name)
+            self.system.fmus[port[0]].variable(port[1], "input", "parameter")
+            if port not in found:
+                if self.system.fmus[port[0]].variables[port[1]].start is None:
+                    raise ModelError([f"{name} has no start value of its own; give it one in the system"])
+                found[port] = self.instances[port[0]].start_value(port[1])
+        return found
+
+    def values_of(self, start_values: Mapping[str, Any]) -> dict[str, float]:
+        """Start values by the names of scalars, as numbers: items of enumerations by name, sequences for arrays. ModelError."""
+        found: dict[str, float] = {}
+        for name, value in start_values.items():
+            self.system.check_settable(name)
+            instance, variable = self.system.split(name)
+            elements = self.system.fmus[instance].start_values({variable: value})
+            found.update({f"{instance}.{element}": float(number) for element, number in elements.items()})
+        return found
+
+    def run(self, values: Mapping[str, float]) -> dict[str, float]:
+        """The metrics of a run with these start values (scalars as numbers, see `values_of`).
+
+        Raises SimulationError as `Simulation.run` does, or for a command that has not ended; the batch can go on after it unless
+        an instance is lost for good (see `usable`).
+        """
+        self._bytes[:] = self._fresh_bytes
+        bus = self._program.layout.bus
+        bus[self._places] = self._base
+        for name, value in values.items():
+            bus[self._places[self._index[self.system.split(name)]]] = value
+        control, address = self._control, self._program.address
+        code = whole_run(address, control, self._in_event_mode, _MOST)
+        while code == compiled.GOING_ON:
+            code = compiled.run(address, control, _MOST)
+        if code == compiled.FAULT:
+            raise fault_error(self._program, self.instances, control, None)
+        rows, found = self._program.layout.metrics, {}
+        for (name, metric), row in zip(self._metrics.items(), rows, strict=True):
+            problem = metric.problem(row)
+            if problem:
+                raise SimulationError(f"metric {name}: {problem}")
+            found[name] = metric.value(row)
+        return found
+
+    @property
+    def usable(self) -> bool:
+        """Whether another run is possible."""
+        return all(instance.usable for instance in self.instances.values())
