@@ -59,6 +59,26 @@ def _is_event(system, control, near):
 
 
 @compiled
+def _find_due(guards, causes, bus, instances, control, jump, near):
+    """Find out which guards' causes have an event at the target, before the step overwrites what was announced."""
+    for i in range(guards.size):
+        guards[i].due = 0
+        for k in range(guards[i].first, guards[i].first + guards[i].count):
+            cause = causes[k]
+            when = jump if cause == of.JUMPS else bus[cause] if cause >= 0 else instances[-1 - cause].next_event
+            if abs(when - control.target) <= near:
+                guards[i].due = 1
+
+
+@compiled
+def _set_guards(guards, control, off_grid):
+    """What the guards let through from now on; everything at a point of the grid, and after an event that nobody announced."""
+    control.all_open = 0 if off_grid and not control.at_event else 1
+    for i in range(guards.size):
+        guards[i].open = guards[i].due
+
+
+@compiled
 def _measure(metrics, bus, t):
     """Take the values at t into the metrics; see metrics.py for what they are."""
     for i in range(metrics.size):
@@ -114,10 +134,16 @@ def take_step(system, address, control):
     near = rounding(t, target - t)
     event = control.exact and _is_event(system, control, near)
     control.ends_at_event = 1 if event else 0
+    off_grid = event and not control.at_grid
+    if off_grid and system.guards.size:
+        jump = system.jumps[control.jump] if control.jump < system.jumps.size else of.NO_EVENT
+        _find_due(system.guards, system.causes, system.bus, system.instances, control, jump, near)
     whole = control.at_grid and control.done + 1 < control.steps and t == control.start + control.done * control.step
     h = control.step if whole else target - t
     if not execute(system, control, system.jump_program if event else system.step_program, t, h):
         return False
+    if system.guards.size:
+        _set_guards(system.guards, control, off_grid)
     target = control.target  # an early return may have moved it
     control.t = target
     if control.at_grid:

@@ -39,7 +39,9 @@ def opened(address):
         _array(a, 16, of.SLOPE),
         _array(a, 17, of.SLOPES_OF),
         _program(a, 18),
-        _program(a, 19),
+        _array(a, 19, of.GUARD),
+        _array(a, 20, np.int32),
+        _program(a, 21),
     )
 
 
@@ -132,11 +134,13 @@ def execute(system, control, program, t, h):
 
     Where the first instance that steps returns early, the others step to there, too.
     """
-    stepped = 0
+    stepped = skipped = 0
     for i in range(np.uintp(program.shape[0])):
         code, number = program[i, np.uintp(0)], program[i, np.uintp(1)]
         going = True
-        if code == of.SET2:
+        if skipped > 0:
+            skipped -= 1
+        elif code == of.SET2:
             going = set_reals(system.transfers, control, number, t + h if control.exchange else t)
         elif code == of.GET2:
             going = get_reals(system.transfers, control, number, t + h)
@@ -155,6 +159,8 @@ def execute(system, control, program, t, h):
                 h = control.target - t
         elif code == of.SLOPES:
             going = _set_slopes(system.slopes_of[number], system.slopes, system.bus, control, t, h)
+        elif code == of.GUARDED:
+            skipped = 0 if control.all_open or system.guards[number].open else system.guards[number].skip
         elif code == of.HOLD:
             _hold(system.slopes, system.bus, t)
         else:

@@ -1,4 +1,4 @@
-"""The process of an isolated run: started, listened to, killed."""
+"""Child processes that run FMUs: started, listened to, killed. For isolated runs, and for the workers of sweeps."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from typing import IO, Any
 
@@ -30,12 +30,24 @@ _CHILD = (  # the FMUs' own words on standard output go to standard error, so th
 
 
 class Child:
-    """The child process as the caller has it. At the end of the with statement it is gone, whatever it was doing."""
+    """The child process as the caller has it. At the end of the with statement it is gone, whatever it was doing.
 
-    def __init__(self, plan: bytes):
-        size = of.CONTROL.itemsize
+    `code` is what it runs, with {window} for the memory of `size` bytes that it shares with the caller; `sink` takes what it
+    sends, and None at the end. What it writes to standard error is passed on unless `quiet`.
+    """
+
+    def __init__(
+        self,
+        plan: bytes,
+        code: str = _CHILD,
+        size: int = of.CONTROL.itemsize,
+        sink: Callable[[bytes | None], None] | None = None,
+        quiet: bool = False,
+    ):
         self._begun = self._killed = False
+        self._quiet = quiet
         self._answers: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._sink = sink or self._answers.put
         self._tail = b""
         options: dict[str, Any] = {"start_new_session": True}  # Ctrl-C is for the caller, who ends the whole group
         with tempfile.TemporaryFile() as file:
@@ -48,7 +60,7 @@ class Child:
                 self._memory, window = mmap.mmap(file.fileno(), size), str(file.fileno())
                 options["pass_fds"] = (file.fileno(),)
             self.process = subprocess.Popen(
-                [sys.executable, "-P", "-c", _CHILD.format(window=window)],
+                [sys.executable, "-P", "-c", code.format(window=window)],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path)},
                 **options,
@@ -77,9 +89,7 @@ class Child:
         Raises TimeoutError when the limit is over, which counts from the first call of an FMU on.
         """
         deadline, told = math.inf, -math.inf
-        with suppress(BrokenPipeError):  # then it has ended, and the loop will see that
-            assert self.process.stdin is not None
-            send(self.process.stdin.fileno(), self._plan)
+        self.put(self._plan)
         while True:
             with suppress(queue.Empty):
                 patience = 5.0 if self._killed else max(0.0, min(_POLL_SECONDS, deadline - time.monotonic()))
@@ -102,6 +112,16 @@ class Child:
             if progress is not None and isinstance(self.time, float) and self.time > told:
                 told = self.time
                 progress(told)
+
+    def put(self, frame: bytes) -> None:
+        """Send a frame; if the process has ended, nobody gets it."""
+        with suppress(BrokenPipeError):
+            assert self.process.stdin is not None
+            send(self.process.stdin.fileno(), frame)
+
+    def shared(self) -> bytes:
+        """What the shared memory holds now."""
+        return self._memory[:]
 
     @property
     def time(self) -> float | str:
@@ -139,14 +159,16 @@ class Child:
     def _listen(self) -> None:
         assert self.process.stdout is not None
         while (frame := read_frame(self.process.stdout)) is not None:
-            self._answers.put(frame)
-        self._answers.put(None)
+            self._sink(frame)
+        self._sink(None)
 
     def _relay(self) -> None:
         """Pass on what it writes to standard error, and keep the end."""
         assert isinstance(self.process.stderr, io.BufferedReader)
         while chunk := self.process.stderr.read1(4096):
             self._tail = (self._tail + chunk)[-4096:]
+            if self._quiet:
+                continue
             with suppress(OSError, ValueError, AttributeError):  # the caller may have no standard error
                 sys.stderr.write(chunk.decode("utf-8", "replace"))
 

@@ -112,6 +112,12 @@ def _sources_digest() -> str:
     return hashlib.sha256(b"\0".join(texts)).hexdigest()[:16]
 
 
+GUARD = np.dtype([("first", "i4"), ("count", "i4"), ("skip", "i4"), ("due", "i4"), ("open", "i4")], align=True)
+"""Of the operations after it in a program: its causes, how many operations it guards, whether one is due, whether they are done."""
+
+JUMPS = -(1 << 30)
+"""The cause that stands for jumps of tables; others are places of announced times on the bus, or -1 - instance."""
+
 CONTROL = np.dtype(
     [
         ("start", "f8"),
@@ -124,6 +130,7 @@ CONTROL = np.dtype(
         ("exact", "i4"),  # whether steps end at events
         ("at_grid", "i4"),  # whether the target is a point of the grid
         ("at_event", "i4"),
+        ("all_open", "i4"),  # whether no guard counts
         ("ends_at_event", "i4"),  # whether an announced event is at the end of the step
         ("smooth_from", "f8"),  # time of the last event
         ("everywhere", "i4"),  # whether rows are recorded at events, too, on both sides
@@ -160,7 +167,7 @@ SIZES = {F8: 8, F4: 4, I1: 1, U1: 1, I2: 2, U2: 2, I4: 4, U4: 4, I8: 8, U8: 8, B
 EXTREMES, ENVELOPE, OUTSIDE, SQUARE = range(4)
 
 # Operations of a program: pairs of a code and what it works on.
-SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES = range(10)  # 2: reals, steps of FMI 2.0
+SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED = range(11)  # 2: reals, steps of FMI 2.0
 
 # Faults.
 NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE = range(7)
@@ -190,6 +197,8 @@ class Layout(NamedTuple):
     slopes: np.ndarray
     slopes_of: np.ndarray
     jump_program: np.ndarray  # for steps that end at an announced event
+    guards: np.ndarray
+    causes: np.ndarray  # of guards
     start_program: np.ndarray  # sets the start values of a batch's runs
 
 

@@ -10,6 +10,7 @@ from fmpy.model_description import ModelVariable
 
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.fmu import Fmu, kind_of
+from shaper_fmu.master.guards import TABLES, causes_of_inputs
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.linear_inputs import LinearInputs, lay_out, linear_inputs
 from shaper_fmu.master.metrics import Metric, metric_rows, metric_variables
@@ -65,6 +66,10 @@ class Program:
             (self._places[("signal", *port)], signal) for port, signal in system.signals.items() if not isinstance(signal, Table)
         ]
         self._linear = self._lay_out_linear_inputs()
+        announcing = {port[0] for port in self._event_ports} | {name for name in self.names if instances[name].event_mode}
+        self._causes = causes_of_inputs(system, connections, announcing) if exact else {}
+        self._guards: list[tuple[int, ...]] = []
+        self._cause_codes: list[int] = []
         programs = self._programs()
         self.labels = self._writer.labels
         self.layout = self._layout(programs, recorded)
@@ -168,13 +173,14 @@ class Program:
         }
         exchange: list[Operation] = [(of.TABLES_NOW, 0)] if self._has_tables() else []
         for name, inputs in self._ordered_inputs():
-            exchange += writer.transfer("Set", name, inputs, self._source_place(name))
+            exchange += self._guarded(name, writer.transfer("Set", name, inputs, self._source_place(name)))
             exchange += self._reading(name, self._follows(name, set(inputs)))
+        guarded_sets = [o for name, operations in sets.items() for o in self._guarded(name, operations)]
         before = [(of.TABLES_BEFORE, 0)] if self._has_tables() else []
         hold = [(of.HOLD, 0)] if linear else []
         before += hold
         slopes = [operation for operations in linear.values() for operation in operations]
-        jump = [*before, *[o for operations in sets.values() for o in operations], *slopes, *steps, *read_all]
+        jump = [*before, *guarded_sets, *slopes, *steps, *read_all]
         if self._algorithm == "jacobi":
             step = jump = [*hold, *slopes, *steps, *read_all]
         elif self._algorithm == "parallel":
@@ -185,6 +191,17 @@ class Program:
                 step += [*sets.get(name, []), *linear.get(name, []), step_of[name], *reads[name]]
         start = [operation for name in self.names for operation in self._starting(name)]
         return {"start": start, "step": step, "jump": jump, "exchange": exchange, "read": read_all}
+
+    def _guarded(self, name: str, operations: list[Operation]) -> list[Operation]:
+        """The operations that set an instance's inputs, behind a guard where it makes something of every change of them."""
+        if name not in self._causes:
+            return operations
+        self._guards.append((len(self._cause_codes), len(self._causes[name]), len(operations), 0, 1))
+        for cause in self._causes[name]:
+            port = next((port for port in self._event_ports if port[0] == cause), None)
+            instance = -1 - self._writer.numbers.get(cause, 0)
+            self._cause_codes.append(of.JUMPS if cause == TABLES else self._places[port] if port else instance)
+        return [(of.GUARDED, len(self._guards) - 1), *operations]
 
     def _lay_out_linear_inputs(self) -> LinearInputs:
         order = self.system.instance_order()
@@ -263,6 +280,8 @@ class Program:
             slopes=self._linear.slopes,
             slopes_of=self._linear.slopes_of,
             jump_program=np.array(programs["jump"], np.int32).reshape(-1, 2),
+            guards=np.array(self._guards, of.GUARD),
+            causes=np.array(self._cause_codes or [0], np.int32),
             start_program=np.array(programs["start"], np.int32).reshape(-1, 2),
         )
 

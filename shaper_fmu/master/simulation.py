@@ -135,7 +135,7 @@ class Simulation:
         program = self._program(algorithm, treatment, interpolation == "linear")
         control = np.zeros(1, of.CONTROL).view(np.recarray)[0]
         control.start = control.t = control.smooth_from = start_time
-        control.stop_place = -1
+        control.stop_place, control.all_open = -1, 1
         control.stop, control.step, control.steps = stop_time, step, steps
         control.exact = treatment.exact
         control.everywhere, control.exchange = everywhere, algorithm == "jacobi"
