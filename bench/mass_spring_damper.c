@@ -15,8 +15,11 @@ typedef struct {
     double position;
     double velocity;
     double acceleration;
+    double force_slope;
     double known_step;
     double transition[4];
+    double held_response;
+    double ramp_response;
 } MassSpringDamper;
 
 /* exp(A h), row by row, for A = [[0, 1], [-wn^2, -2 zeta wn]]. */
@@ -44,6 +47,48 @@ static void oscillator_transition(double *restrict transition, double wn, double
     transition[3] = cosine - decay * sine;
 }
 
+/* (1 - exp(-x)) / x and its like one order higher, (x - 1 + exp(-x)) / x^2. */
+static void mean_decays(double x, double *once, double *twice) {
+    if (x > 1.0) {
+        *once = (1.0 - exp(-x)) / x;
+        *twice = (1.0 - *once) / x;
+        return;
+    }
+    double term = *twice = 0.5;
+    for (int n = 3; n < 24; n++) {
+        term *= -x / n;
+        *twice += term;
+    }
+    *once = 1.0 - x * *twice;
+}
+
+/* Displacements after h from rest, under a unit acceleration and under one that rises by one a second. */
+static void oscillator_forcing(const double *transition, double wn, double zeta, double h, double *held, double *ramp) {
+    const double stiffness = wn * wn, damping = 2.0 * zeta * wn;
+    if (stiffness * h * h < 1.0 && damping * h < 1.0) {
+        double earlier = 0.0, term = 0.5 * h * h;
+        *held = term;
+        *ramp = term * h / 3.0;
+        for (int n = 2; n < 24; n++) {
+            const double following = -(damping * h * term + stiffness * h * h * earlier / n) / (n + 1);
+            earlier = term;
+            term = following;
+            *held += term;
+            *ramp += term * h / (n + 2);
+        }
+    } else if (zeta > 2.0) {
+        const double spread = wn * sqrt(zeta * zeta - 1.0), fast = 0.5 * damping + spread;
+        double slow_once, slow_twice, fast_once, fast_twice;
+        mean_decays(stiffness / fast * h, &slow_once, &slow_twice);
+        mean_decays(fast * h, &fast_once, &fast_twice);
+        *held = 0.5 * h * (slow_once - fast_once) / spread;
+        *ramp = 0.5 * h * h * (slow_twice - fast_twice) / spread;
+    } else {
+        *held = (1.0 - transition[0]) / stiffness;
+        *ramp = (h - transition[1] - damping * *held) / stiffness;
+    }
+}
+
 int kernel_start(int *status, void **unused, void *record) {
     MassSpringDamper *m = record;
     (void)unused;
@@ -60,11 +105,13 @@ int kernel_step(int *status, void **unused, void *record, double t, double h) {
         if (h != m->known_step) {
             m->known_step = h;
             oscillator_transition(m->transition, m->natural_frequency, m->damping_ratio, h);
+            oscillator_forcing(m->transition, m->natural_frequency, m->damping_ratio, h, &m->held_response, &m->ramp_response);
         }
-        const double rest = m->force / m->stiffness;
-        const double deviation = m->position - rest, speed = m->velocity;
-        m->position = rest + m->transition[0] * deviation + m->transition[1] * speed;
-        m->velocity = m->transition[2] * deviation + m->transition[3] * speed;
+        const double unbalanced = (m->force - m->stiffness * m->position) / m->mass, growing = m->force_slope / m->mass;
+        const double speed = m->velocity;
+        m->position += m->transition[1] * speed + m->held_response * unbalanced + m->ramp_response * growing;
+        m->velocity = m->transition[3] * speed + m->transition[1] * unbalanced + m->held_response * growing;
+        m->force += m->force_slope * h;
     }
     m->acceleration = (m->force - m->damping * m->velocity - m->stiffness * m->position) / m->mass;
     *status = 0;

@@ -5,18 +5,19 @@ from __future__ import annotations
 import math
 
 from shaper_fmu.component import Calculated, Component, Input, Output, Parameter, State
+from shaper_fmu.propagation import oscillator_forcing, oscillator_transition
 
 
 class MassSpringDamper(Component):
-    """Mass on a spring and a damper: m x'' + c x' + k x = F, from rest, propagated exactly for a held force.
+    """Mass on a spring and a damper: m x'' + c x' + k x = F, from rest, propagated exactly for a force held or linear over a step.
 
-    The transition matrix of the communication step is computed in closed form (under-, over- and critically damped) and
-    kept while the step stays the same.
+    The transition matrix of the communication step and the responses to the force are computed in closed form (under-, over-
+    and critically damped) and kept while the step stays the same.
     """
 
     continuous_states = ("position", "velocity")
 
-    force = Input("N", "force on the mass")
+    force = Input("N", "force on the mass", slope="force_slope")
     mass = Parameter(1.0, "kg", "moving mass", min=0.0, exclusive=True)
     stiffness = Parameter(100.0, "N/m", "spring stiffness", min=0.0, exclusive=True)
     damping = Parameter(1.0, "N.s/m", "viscous damping", min=0.0)
@@ -26,8 +27,11 @@ class MassSpringDamper(Component):
     velocity = Output("m/s", "speed", depends=(), derivative="acceleration")
     acceleration = Output("m/s2", "acceleration", depends=("force",))
 
-    known_step = State(-1.0)  # the step that the transition matrix belongs to
+    force_slope = State(0.0)
+    known_step = State(-1.0)  # the step that the transition matrix and the responses belong to
     transition = State(size=4)
+    held_response = State(0.0)
+    ramp_response = State(0.0)
 
     def start(self):
         self.natural_frequency = math.sqrt(self.stiffness / self.mass)
@@ -38,35 +42,13 @@ class MassSpringDamper(Component):
             if h != self.known_step:
                 self.known_step = h
                 oscillator_transition(self.transition, self.natural_frequency, self.damping_ratio, h)
-            rest = self.force / self.stiffness
-            deviation = self.position - rest
+                held, ramp = oscillator_forcing(self.transition, self.natural_frequency, self.damping_ratio, h)
+                self.held_response = held
+                self.ramp_response = ramp
+            unbalanced = (self.force - self.stiffness * self.position) / self.mass
+            growing = self.force_slope / self.mass
             speed = self.velocity
-            self.position = rest + self.transition[0] * deviation + self.transition[1] * speed
-            self.velocity = self.transition[2] * deviation + self.transition[3] * speed
+            self.position += self.transition[1] * speed + self.held_response * unbalanced + self.ramp_response * growing
+            self.velocity = self.transition[3] * speed + self.transition[1] * unbalanced + self.held_response * growing
+            self.force += self.force_slope * h
         self.acceleration = (self.force - self.damping * self.velocity - self.stiffness * self.position) / self.mass
-
-
-def oscillator_transition(transition, natural_frequency, damping_ratio, h):
-    """Write exp(A h), row by row, for A = [[0, 1], [-wn^2, -2 zeta wn]]."""
-    stiffness = natural_frequency * natural_frequency
-    decay = damping_ratio * natural_frequency
-    square = (damping_ratio * damping_ratio - 1.0) * stiffness * h * h
-    if abs(square) < 1e-2:  # near critical damping the closed forms cancel; the series has converged at this order
-        envelope = math.exp(-decay * h)
-        cosine = envelope * (1.0 + square / 2.0 * (1.0 + square / 12.0 * (1.0 + square / 30.0 * (1.0 + square / 56.0))))
-        sine = envelope * h * (1.0 + square / 6.0 * (1.0 + square / 20.0 * (1.0 + square / 42.0 * (1.0 + square / 72.0))))
-    elif square < 0.0:
-        damped = natural_frequency * math.sqrt(1.0 - damping_ratio * damping_ratio)
-        envelope = math.exp(-decay * h)
-        cosine = envelope * math.cos(damped * h)
-        sine = envelope * math.sin(damped * h) / damped
-    else:
-        spread = natural_frequency * math.sqrt(damping_ratio * damping_ratio - 1.0)
-        slow = math.exp(-stiffness / (decay + spread) * h)
-        fast = math.exp(-(decay + spread) * h)
-        cosine = 0.5 * (slow + fast)
-        sine = 0.5 * (slow - fast) / spread
-    transition[0] = cosine + decay * sine
-    transition[1] = sine
-    transition[2] = -stiffness * sine
-    transition[3] = cosine - decay * sine

@@ -117,6 +117,11 @@ class Driver:
         values = self._call("get", name, None)
         return values[0] if len(values) == 1 else list(values)
 
+    def elements(self, causality: str) -> list[float]:
+        """The values of all variables of a causality, arrays element by element."""
+        values = [self.get(name) for name in self.names(causality)]
+        return [float(x) for value in values for x in (value if isinstance(value, list) else [value])]
+
     def _call(self, verb: str, name: str, values: list[Any] | None) -> Any:
         variable = self.variables[name]
         kinds = {"Enumeration": "Int64" if self.fmi == 3 else "Integer"}
@@ -130,6 +135,15 @@ class Driver:
 
     def names(self, causality: str) -> list[str]:
         return [v.name for v in self.variables.values() if v.causality == causality]
+
+    def labels(self, causality: str) -> list[str]:
+        """The same, but FMI 3 arrays element by element, as FMI 2 has them."""
+        found = [v for v in self.variables.values() if v.causality == causality]
+        return [
+            label
+            for v in found
+            for label in ([f"{v.name}[{i + 1}]" for i in range(len(self.starts[v.name]))] if v.dimensions else [v.name])
+        ]
 
     def step(self, t: float, h: float) -> tuple[bool, float]:
         """Step; returns whether an event waits and the time reached."""

@@ -40,6 +40,10 @@ class Life:
     event_time: float = 0.0  # of the last event: model exchange cannot go back behind it
 
 
+REACH = {"reference_position": 0.2}
+"""Inputs whose values must be smaller than 1: beyond, the plant would run into its end, which is an error."""
+
+
 class Model:
     """An instance and what is known of it."""
 
@@ -171,7 +175,7 @@ class Model:
             right &= self.life.phase in phases or (self.life.phase == UNKNOWN and bool(phases))
             new = self.host.starts(v)
             if v.causality == "input" and real:
-                new = [self.random.uniform(-1.0, 1.0)] * len(new)
+                new = [REACH.get(v.name, 1.0) * self.random.uniform(-1.0, 1.0)] * len(new)
             if self.random.random() < 0.1:
                 odd = STRANGE if real else [0, 1] if kind == "Boolean" else [-INT_MAX - 1, INT_MAX, 0, -1, 3]
                 new, strange = [self.random.choice(odd)] * len(new), True
@@ -183,6 +187,8 @@ class Model:
         name = "GetRealOutputDerivatives" if host.fmi == 2 else "GetOutputDerivatives"
         bad: str = self.random.choice(["order", "unknown", "null", "huge", *(["count"] if host.fmi == 3 else [])])
         reals = [v for v in host.of_type("Real" if host.fmi == 2 else "Float64") if v.causality == "output" and host.size(v) == 1]
+        if not reals:
+            return
         with_derivative = [v for v in reals if any(d.derivative is v for d in host.variables if d.derivative)]
         if bad == "count" and not with_derivative:
             bad = "unknown"

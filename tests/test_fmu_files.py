@@ -75,7 +75,7 @@ def test_declared_dependencies_are_true(name):
         for value in (0.0, 0.125):
             instance = component()
             instance.initialize(0.0)
-            setattr(instance, source.name, value)
+            setattr(instance, source.name, value if source.size is None else [value] * source.size)
             instance.do_step(0.0, 0.0)
             values.append({v.name: getattr(instance, v.name) for v in component.variables.values() if v.causality == "output"})
         for output in values[0]:

@@ -21,8 +21,10 @@ STEP = 0.0371
 PARAMETERS = {
     "InputShaper": {"shaper": 3, "modes": 2, "natural_frequency[1]": 5.0, "natural_frequency[2]": 13.0, "damping_ratio[1]": 0.1},
     "MotionProfile": {"profile": 6, "duration": 3.1, "start_time": 0.2, "damping_ratio": 0.08, "natural_frequency": 5.5045},
+    "FlexibleBeam": {"modes": 2, "tip_mass": 0.012, "modal_damping[1]": 0.01, "modal_damping[2]": 0.02},
     "MassSpringDamper": {"mass": 0.7, "damping": 0.9},
     "OverheadCrane": {"initial_rope_length": 3.3, "damping_ratio": 0.02},
+    "HydraulicPendulum": {"rod_length": 0.6, "leakage": 2e-12},
     "PulseTrain": {
         "design": 2,
         "amplitude": 0.7,
@@ -33,6 +35,7 @@ PARAMETERS = {
     },
     "PulseWidthModulator": {"carrier_frequency": 3.0, "carrier_phase": 0.3, "minimum_pulse_width": 0.001},
     "PositionController": {"proportional_gain": 30.0, "integral_gain": 7.0, "derivative_gain": 4.0, "force_limit": 2.5},
+    "ThreeMassChain": {"mass[2]": 5.0, "damping[1]": 9.0, "stiffness[2]": 80.0},
 }
 
 
@@ -47,15 +50,20 @@ def plain_run(component: type[Component]) -> list[list[str]]:
     for name, value in PARAMETERS[component.__name__].items():
         instance.set(name, value)
     instance.initialize(0.0)
-    inputs = [v.name for v in component.variables.values() if v.causality == "input"]
-    outputs = [v.name for v in component.variables.values() if v.causality == "output"]
+    inputs = [label for v in component.variables.values() if v.causality == "input" for label in v.scalar_names]
     rows = []
     for i in range(STEPS):
         for place, name in enumerate(inputs):
-            setattr(instance, name, stimulus(i, place))
+            instance.set(name, stimulus(i, place))
         instance.do_step(i * STEP, STEP)
-        rows.append([float(getattr(instance, name)).hex() for name in outputs])
+        rows.append([value.hex() for value in output_values(instance)])
     return rows
+
+
+def output_values(instance: Component) -> list[float]:
+    """All outputs, arrays element by element."""
+    values = (getattr(instance, v.name) for v in instance.variables.values() if v.causality == "output")
+    return [float(x) for value in values for x in (value if isinstance(value, list) else [value])]
 
 
 def fmu_run(path) -> list[list[str]]:

@@ -85,6 +85,7 @@ def test_plain_compiled_and_freestanding_agree_bit_for_bit(name):
             for variable in component.variables.values():
                 if variable.causality == "input":
                     value = rng.choice([0.0, 0.05, rng.uniform(-0.1, 0.1)])
+                    value = value if variable.size is None else [value] * variable.size
                     setattr(plain, variable.name, value)
                     compiled[variable.name] = freestanding[variable.name] = value
             h = rng.choice([0.0, 0.01, 0.013, 0.05])

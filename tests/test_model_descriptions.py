@@ -169,6 +169,7 @@ def test_fmi2_capabilities(name):
     expected = {
         "modelIdentifier": name, **saved, "canHandleVariableCommunicationStepSize": "true",
         "maxOutputDerivativeOrder": str(longest_chain(component)),
+        "canInterpolateInputs": str(any(v.slope for v in component.variables.values())).lower(),
     }  # fmt: skip
     assert dict(element(root, "CoSimulation").attrib) == expected
     exchange = root.find("ModelExchange")

@@ -61,7 +61,7 @@ def test_left_and_right_limits_at_events_are_those_of_plain_python(name):
     events, t = 0, 0.0
     for i in range(40):
         end = 0.0931 * (i + 1)
-        inputs = {variable: stimulus(i, place) for place, variable in enumerate(driver.names("input"))}
+        inputs = {variable: stimulus(i, place) for place, variable in enumerate(driver.labels("input"))}
         driver.set(inputs)
         for variable, value in inputs.items():
             plain.set(variable, value)

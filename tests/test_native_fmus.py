@@ -21,9 +21,9 @@ def native_run(name: str, fmi: int, **options: bool) -> list[list[str]]:
     driver = Driver(native_fmu(name, fmi), **options).initialize(PARAMETERS[name])
     rows = []
     for i in range(STEPS):
-        driver.set({variable: stimulus(i, place) for place, variable in enumerate(driver.names("input"))})
+        driver.set({variable: stimulus(i, place) for place, variable in enumerate(driver.labels("input"))})
         driver.step(i * STEP, STEP)
-        rows.append([float(driver.get(output)).hex() for output in driver.names("output")])
+        rows.append([value.hex() for value in driver.elements("output")])
     driver.close()
     return rows
 
@@ -64,13 +64,13 @@ def test_a_restored_state_replays_to_the_bit(name, fmi):
     def run(who: Driver, first: int, count: int) -> list[float]:
         seen = []
         for i in range(first, first + count):
-            who.set({variable: stimulus(i, place) for place, variable in enumerate(who.names("input"))})
+            who.set({variable: stimulus(i, place) for place, variable in enumerate(who.labels("input"))})
             who.step(i * STEP, STEP)
-            seen += [float(who.get(output)) for output in who.names("output")]
+            seen += who.elements("output")
         return seen
 
     run(driver, 0, 40)
-    driver.set({variable: rng.uniform(-0.1, 0.1) for variable in driver.names("input")})
+    driver.set({variable: rng.uniform(-0.1, 0.1) for variable in driver.labels("input")})
     get, put, free, pack, unpack = [
         getattr(driver.slave, f)
         for f in (
@@ -107,9 +107,9 @@ def test_reset_equals_a_fresh_instance(name, fmi):
     driver.initialize(PARAMETERS[name])
     rows = []
     for i in range(STEPS):
-        driver.set({variable: stimulus(i, place) for place, variable in enumerate(driver.names("input"))})
+        driver.set({variable: stimulus(i, place) for place, variable in enumerate(driver.labels("input"))})
         driver.step(i * STEP, STEP)
-        rows.append([float(driver.get(output)).hex() for output in driver.names("output")])
+        rows.append([value.hex() for value in driver.elements("output")])
     assert rows == plain_run(components()[name])
     driver.close()
 

@@ -111,7 +111,8 @@ def looked_at(host: Host) -> list[Any]:
 
 def case_lines(host: Host, parameters: dict[str, Any]) -> list[str]:
     """A simulation with these parameters and changing inputs, and derivatives of model exchange."""
-    inputs = [v.name for v in host.variables if v.causality == "input"]
+    found = [v for v in host.variables if v.causality == "input"]
+    inputs = [label for v in found for label in ([f"{v.name}[{i + 1}]" for i in range(host.size(v))] if v.dimensions else [v.name])]
     look = [f"get {v.valueReference} {host.size(v)}" for v in looked_at(host)]
     lines = ["begin", *settings(host, parameters), "end", *look]
     for i in range(STEPS):

@@ -75,7 +75,7 @@ def test_an_input_that_is_not_finite_stops_the_step_and_no_more(name, fmi):
         for value in STRANGE:
             assert host.call("Reset") == host.setup() == host.call("ExitInitializationMode") == host.put(variable, value) == OK
             assert host.step(0.0, 0.01) == ERROR
-            assert f"{variable.name} is " in host.log[0][1]
+            assert f"{variable.name}{'[1]' if host.size(variable) > 1 else ''} is " in host.log[0][1]
             assert host.put(variable, 0.0) == host.step(0.0, 0.01) == OK
     assert host.call("Reset") == OK
     assert host.standard_run() == expected
@@ -221,13 +221,13 @@ def test_memory_stays_flat(name, instances, states, fmi, capsys):
 
 
 def thread_arguments(name: str, fmi: int) -> list[str]:
-    """Version, token, an output, an input or -1, and a number of steps."""
+    """Version, token, an output and its size, an input or -1 and its size, and a number of steps."""
     fmu = native_fmu(name, fmi)
     host = Host(name, fmi)
-    output = next(v.valueReference for v in real_variables(host, "output"))
-    inputs = [v.valueReference for v in real_variables(host, "input")]
+    output = next((v.valueReference, host.size(v)) for v in real_variables(host, "output"))
+    inputs = [*[(v.valueReference, host.size(v)) for v in real_variables(host, "input")], (-1, 0)]
     host.free()
-    return [str(fmi), token_of(fmu), str(output), str(inputs[0] if inputs else -1), "300"]
+    return [str(fmi), token_of(fmu), *map(str, (*output, *inputs[0], 300))]
 
 
 @every_component
