@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from shaper_fmu.cli_modes import design_for_modes, write_page
 from shaper_fmu.console import out, show
 from shaper_fmu.errors import ComponentError, nearest
 from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind
@@ -73,15 +74,31 @@ def design(
     max_acceleration: Annotated[float, typer.Option(help="Acceleration that a profile never exceeds [m/s2].")] = NO_LIMIT,
     frequency_ratio: Annotated[float, typer.Option(help="Carrier frequency over the damped one, of pulse trains.")] = 13.0,
     minimum_pulse_width: Annotated[float, typer.Option(help="Shortest pulse or gap of pulse trains [s].")] = 0.0,
+    modes: Annotated[
+        Path | None, typer.Option(help="Choose which modes to shape: a file of a step response's modes (TOML or JSON).")
+    ] = None,
+    other: Annotated[
+        list[str] | None, typer.Option("--or", help="With --modes: another shaper that each mode may have instead; repeatable.")
+    ] = None,
+    settling: Annotated[
+        bool, typer.Option("--settling", help="With --modes: the earliest settling instead of the shortest shaper.")
+    ] = False,
     plot: Annotated[Path | None, typer.Option(help="Write a page with the curves to this file, and a picture of each.")] = None,
 ) -> None:
     """Design a shaper, a profile or a pulse train: print its numbers and figures of merit, plot its sensitivity.
 
     si: specified insensitivity from --low to --high. direct_zv, direct_zvd: two modes at once, shorter than convolved.
+    With --modes, --tolerance is the share of the final values that may swing after the last impulse.
     Example: shaper-fmu design zvd --natural-frequency 5 --damping-ratio 0.1 --plot zvd.html
     """
-    from shaper_fmu.report.page import write_report
-
+    if modes is not None:
+        if natural_frequency or damping_ratio:
+            raise typer.BadParameter("it takes the place of --natural-frequency and --damping-ratio", param_hint="--modes")
+        options = {"negative_amplitude": negative_amplitude, "equal_impulses": equal_impulses}
+        design_for_modes(modes, [kind, *(other or [])], tolerance, settling, plot, **options)
+        return
+    if other or settling:
+        raise typer.BadParameter("this needs --modes", param_hint="--or" if other else "--settling")
     wanted = _Wanted(
         kind, natural_frequency or [], damping_ratio or [0.0], tolerance, negative_amplitude, equal_impulses, low, high,
         distance, duration, max_velocity, max_acceleration, frequency_ratio, minimum_pulse_width,
@@ -93,9 +110,7 @@ def design(
     if len(wanted.frequencies) > 1:
         out.print(f"The figures of merit are for the first mode, {wanted.frequencies[0]:g} rad/s.")
     if plot:
-        title = f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s"
-        for path in write_report(plot, title, blocks):
-            out.print(f"wrote {path}")
+        write_page(plot, f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s", blocks)
 
 
 def _blocks(wanted: _Wanted) -> list[Block]:

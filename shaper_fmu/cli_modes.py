@@ -1,0 +1,42 @@
+"""The option --modes of `shaper-fmu design`: which modes to shape."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from shaper_fmu.console import out, show
+from shaper_fmu.report.page import Table, Text
+
+if TYPE_CHECKING:
+    from shaper_fmu.report.page import Block
+
+
+def design_for_modes(path: Path, kinds: list[str], tolerance: float, settling: bool, plot: Path | None, **options: Any) -> None:
+    """Read the modes, choose, print the tables and the reason; exit code 1 if no set is good enough."""
+    from shaper_fmu.analysis.mode_file import read_modes
+    from shaper_fmu.report.mode_report import mode_blocks
+    from shaper_fmu.shapers.mode_selection import select_modes
+
+    response = read_modes(path)
+    selection = select_modes(response, kinds, tolerance, objective="settling" if settling else "duration", **options)
+    blocks = mode_blocks(response, selection, kinds[0], **options)
+    for block in blocks:
+        if isinstance(block, Table):
+            show(block)
+        elif isinstance(block, Text):
+            out.print(block.text)
+    if plot:
+        write_page(plot, f"Modes to shape: {path.name}", blocks)
+    if not selection.feasible:
+        raise typer.Exit(1)
+
+
+def write_page(path: Path, title: str, blocks: list[Block]) -> None:
+    """Write the page and its pictures, and tell which files."""
+    from shaper_fmu.report.page import write_report
+
+    for written in write_report(path, title, blocks):
+        out.print(f"wrote {written}")
