@@ -12,10 +12,13 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 DASHES = ("solid", "dash", "dashdot", "dot")
 """So that lines differ in black and white too."""
 
+SYMBOLS = ("circle", "square", "diamond", "triangle-up", "cross")
+"""So that points that no line joins do."""
+
 
 @dataclass(frozen=True)
 class Line:
-    """A named curve; arrays of shape (n,). `markers` shows the points.
+    """A named curve; arrays of shape (n,). `markers` shows the points; without `joined` they are all that is shown.
 
     Lines of one `style` look the same in every figure; without it, lines are styled in their order.
     """
@@ -25,6 +28,7 @@ class Line:
     y: np.ndarray
     markers: bool = False
     style: int | None = None
+    joined: bool = True
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,7 @@ class Figure:
         key: short name, for the picture's file name.
         levels: horizontal lines: (value, label).
         marks: vertical lines: (value, label).
+        log_x: whether the horizontal axis is logarithmic.
     """
 
     key: str
@@ -44,11 +49,63 @@ class Figure:
     lines: list[Line]
     levels: list[tuple[float, str]] = field(default_factory=list)
     marks: list[tuple[float, str]] = field(default_factory=list)
+    log_x: bool = False
 
     def styles(self) -> list[tuple[str, str]]:
         """Colour and dash of each line."""
-        numbers = [i if line.style is None else line.style for i, line in enumerate(self.lines)]
-        return [(COLOURS[n % len(COLOURS)], DASHES[n % len(DASHES)]) for n in numbers]
+        return [(COLOURS[n % len(COLOURS)], DASHES[n % len(DASHES)]) for n in self._numbers()]
+
+    def symbols(self) -> list[str]:
+        """Symbol of each line's points: circles, and different ones where no line joins them."""
+        return [
+            "circle" if line.joined else SYMBOLS[n % len(SYMBOLS)] for n, line in zip(self._numbers(), self.lines, strict=True)
+        ]
+
+    def _numbers(self) -> list[int]:
+        return [i if line.style is None else line.style for i, line in enumerate(self.lines)]
+
+
+@dataclass(frozen=True)
+class Map:
+    """Values over two axes, in colours with contour lines; a panel each for what is compared, in one scale.
+
+    Attributes:
+        key: short name, for the picture's file name.
+        x, y: the axes' values, rising, shapes (n,) and (m,).
+        panels: (name, values of shape (m, n)) in rows from left to right; a name may be "".
+        levels: contour lines: (value, label), the first one drawn stronger.
+        largest: end of the colour scale; values beyond have its colour. None for the largest value.
+        points: marked points: (x, y).
+    """
+
+    key: str
+    title: str
+    x_label: str
+    y_label: str
+    value_label: str
+    x: np.ndarray
+    y: np.ndarray
+    panels: list[tuple[str, np.ndarray]]
+    levels: list[tuple[float, str]] = field(default_factory=list)
+    largest: float | None = None
+    points: list[tuple[float, float]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        shape = len(self.y), len(self.x)
+        for name, values in self.panels:
+            if values.shape != shape:
+                raise ValueError(f"map {self.key!r}: panel {name!r} has the shape {values.shape}, but its axes ask for {shape}")
+
+    def grid(self) -> tuple[int, int]:
+        """Rows and columns of panels, three in a row at most."""
+        columns = min(3, len(self.panels)) if len(self.panels) != 4 else 2
+        return -(-len(self.panels) // columns), columns
+
+    def scale(self) -> tuple[float, float]:
+        """The ends of the colour scale: 0, or the smallest value below it, and `largest`."""
+        smallest = min(float(np.nanmin(values)) for _, values in self.panels)
+        greatest = max(float(np.nanmax(values)) for _, values in self.panels)
+        return min(0.0, smallest), greatest if self.largest is None else self.largest
 
 
 def label(quantity: str, unit: str) -> str:

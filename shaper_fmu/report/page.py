@@ -11,7 +11,7 @@ import jinja2
 import markupsafe
 
 from shaper_fmu.errors import ShaperFmuError
-from shaper_fmu.report.figures import Figure
+from shaper_fmu.report.figures import Figure, Map
 
 
 @dataclass(frozen=True)
@@ -23,20 +23,30 @@ class Text:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts under a heading; the first column is left-aligned, the others right."""
+    """A table of texts under a heading; the first column is left-aligned, the others right: all left if they hold `words`."""
 
     title: str
     head: list[str]
     rows: list[list[str]]
+    words: bool = False
 
 
-Block = Text | Table | Figure
+@dataclass(frozen=True)
+class Heading:
+    """Begins a section of the page, and is listed at its top."""
+
+    text: str
+
+
+Block = Heading | Text | Table | Figure | Map
 
 _PAGE = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string("""\
 <!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline'; {{ "" -}}
+style-src 'unsafe-inline'; img-src data: blob:">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{{ title }}</title>
 <style>
@@ -46,19 +56,50 @@ h2 { font-size: 1.2rem; margin-top: 2rem; }
 table { border-collapse: collapse; margin: 0.5rem 0 1.5rem; }
 th, td { border-bottom: 1px solid #ccc; padding: 0.3rem 0.9rem; text-align: right; }
 th:first-child, td:first-child { text-align: left; }
+.words th, .words td { text-align: left; vertical-align: top; }
 thead th { border-bottom: 2px solid #555; }
-@media print { .js-plotly-plot { break-inside: avoid; } }
+h3 { font-size: 1.05rem; margin: 1.5rem 0 0.3rem; }
+td, th { overflow-wrap: anywhere; }
+nav ul { columns: 2; padding-left: 1.2rem; }
+.figure { margin: 1rem 0; }
+@page { size: A4; margin: 14mm; }
+@media print {
+  body { max-width: none; margin: 0; padding: 0; font-size: 9.5pt; }
+  .figure, tr { break-inside: avoid; }
+  h2, h3 { break-after: avoid; }
+  thead { display: table-header-group; }
+  .modebar { display: none; }
+}
 </style>
 <script>{{ script }}</script>
+<script>
+function fit(width) {
+  for (const plot of document.querySelectorAll(".js-plotly-plot")) Plotly.relayout(plot, width ? { width } : { autosize: true });
+}
+addEventListener("beforeprint", () => fit(680));  // the printed width of an A4 page
+addEventListener("afterprint", () => fit(null));
+</script>
 </head>
 <body>
 <h1>{{ title }}</h1>
+{% set headings = blocks | selectattr(0, "equalto", "Heading") | map(attribute=1) | list %}
+{% if headings %}
+<nav><ul>
+{% for heading in headings %}
+<li><a href="#section-{{ loop.index }}">{{ heading.text }}</a></li>
+{% endfor %}
+</ul></nav>
+{% endif %}
+{% set section = namespace(number=0) %}
 {% for kind, block in blocks %}
-{% if kind == "Text" %}
+{% if kind == "Heading" %}
+{% set section.number = section.number + 1 %}
+<h2 id="section-{{ section.number }}">{{ block.text }}</h2>
+{% elif kind == "Text" %}
 <p>{{ block.text }}</p>
 {% elif kind == "Table" %}
-<h2>{{ block.title }}</h2>
-<table>
+<h{{ 3 if headings else 2 }}>{{ block.title }}</h{{ 3 if headings else 2 }}>
+<table{% if block.words %} class="words"{% endif %}>
 <thead><tr>{% for cell in block.head %}<th>{{ cell }}</th>{% endfor %}</tr></thead>
 <tbody>
 {% for row in block.rows %}
@@ -67,7 +108,7 @@ thead th { border-bottom: 2px solid #555; }
 </tbody>
 </table>
 {% else %}
-{{ block }}
+<div class="figure">{{ block }}</div>
 {% endif %}
 {% endfor %}
 </body>
@@ -75,21 +116,33 @@ thead th { border-bottom: 2px solid #555; }
 """)
 
 
-def write_report(path: Path | str, title: str, blocks: Sequence[Block]) -> list[Path]:
-    """Write the page and a PNG of each figure, named <page>_<figure>.png; returns all paths, the page first.
+def write_report(path: Path | str, title: str, blocks: Sequence[Block], pictures: Sequence[str] = ("png",)) -> list[Path]:
+    """Write the page and pictures of each figure, <page>_<figure>.png or .svg; returns all paths, the page first.
 
     Raises ShaperFmuError when the report's extra packages are missing.
     """
     try:
-        from shaper_fmu.report.interactive import interactive, plotly_script
-        from shaper_fmu.report.pictures import write_picture
+        from shaper_fmu.report.interactive import interactive, interactive_map, plotly_script
+        from shaper_fmu.report.pictures import write_map_picture, write_picture
     except ImportError as error:
         raise ShaperFmuError(f"reports need the package {error.name}: pip install 'shaper-fmu[report]'") from None
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    shown = [("Figure", markupsafe.Markup(interactive(b))) if isinstance(b, Figure) else (type(b).__name__, b) for b in blocks]
+
+    def shown(block: Block) -> tuple[str, object]:
+        if isinstance(block, Figure | Map):
+            return "Figure", markupsafe.Markup(interactive(block) if isinstance(block, Figure) else interactive_map(block))
+        return type(block).__name__, block
+
     draft = path.with_name(f".{path.name}.draft")
-    draft.write_text(_PAGE.render(title=title, script=markupsafe.Markup(plotly_script()), blocks=shown), encoding="utf-8")
+    draft.write_text(
+        _PAGE.render(title=title, script=markupsafe.Markup(plotly_script()), blocks=[shown(block) for block in blocks]),
+        encoding="utf-8",
+    )
     os.replace(draft, path)
-    figures = [block for block in blocks if isinstance(block, Figure)]
-    return [path, *(write_picture(figure, path.with_name(f"{path.stem}_{figure.key}.png")) for figure in figures)]
+    written = [path]
+    for block in blocks:
+        for kind in pictures if isinstance(block, Figure | Map) else ():
+            picture = path.with_name(f"{path.stem}_{block.key}.{kind}")
+            written.append(write_picture(block, picture) if isinstance(block, Figure) else write_map_picture(block, picture))
+    return written

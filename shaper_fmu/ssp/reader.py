@@ -63,6 +63,11 @@ def read_structure(files: Mapping[str, bytes]) -> Structure:
     )
 
 
+def read_parameter_set(content: bytes, name: str) -> list[ParameterValue]:
+    """The values of a parameter set file (.ssv) called `name`. Raises ArchiveError or ModelError, with file and line."""
+    return _values(parse_xml(content, name), name)
+
+
 def parse_xml(content: bytes, name: str) -> etree._Element:
     """The root element, without entities, DTDs or network. Raises ArchiveError."""
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, remove_comments=True)
@@ -107,7 +112,7 @@ def _element(node: etree._Element, files: Mapping[str, bytes]) -> Element:
         elif source not in files:
             raise ModelError([f"{DESCRIPTION}, line {binding.sourceline}: {source} is missing in the archive"])
         else:
-            parameters += _values(parse_xml(files[source], source), source)
+            parameters += read_parameter_set(files[source], source)
     connectors = {_attribute(c, "name"): c.get("kind", "") for c in node.iterfind(f"{SSD}Connectors/{SSD}Connector")}
     return Element(_attribute(node, "name"), _attribute(node, "source"), node.sourceline or 0, connectors, parameters)
 

@@ -1,0 +1,46 @@
+"""What a paper says, and what the FMUs say to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from shaper_fmu.report.page import Block
+
+Verdict = Literal["reproduced", "not reproduced", "not decidable"]
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A statement of a paper and its verdict.
+
+    Attributes:
+        words: what the paper says, as a short quotation or close paraphrase, with its section or figure.
+        number: the number found here, with its unit.
+        verdict: "not decidable" where the paper does not say enough to try it.
+        why: what was run, and how it decides.
+    """
+
+    words: str
+    number: str
+    verdict: Verdict
+    why: str
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """A paper run again.
+
+    Attributes:
+        key: its name on the command line and in file names: "pwm", "s-curve", "two-part", "partial-modes", ...
+        title: title of the page.
+        paper: authors, title, year.
+        claims: every claim of the paper, in its order.
+        blocks: figures and tables, which follow the claims on the page.
+    """
+
+    key: str
+    title: str
+    paper: str
+    claims: list[Claim]
+    blocks: list[Block]
