@@ -8,130 +8,34 @@ import subprocess
 import sys
 import tempfile
 import time
-import zipfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
 
-import fmpy
 import numpy as np
 import pytest
+from harmful_fmu import HARM, build_harmful
 
 from shaper_fmu.errors import ModelError, SimulationError
-from shaper_fmu.export.native.toolchain import build_library, platform_named
 from shaper_fmu.master.fmu import load_fmu
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.system import System
 
 STEP, STOP = 0.1, 1.0
-_NAMES = """
-    none null abort hang leave leave_well fail crash_when_freed hang_in_initialization
-"""
-_HARM: Sequence[str] = _NAMES.split()  # in the order of the C source
-
-SOURCE = """
-#define _POSIX_C_SOURCE 200809L
-#include <stdio.h>
-#include <stdlib.h>
-#include <unistd.h>
-#include "fmi2TypesPlatform.h"
-#include "fmi2FunctionTypes.h"
-#define EXPORT __attribute__((visibility("default")))
-enum { NONE, NULL_POINTER, ABORT, HANG, LEAVE, LEAVE_WELL, FAIL, CRASH_WHEN_FREED, HANG_IN_INITIALIZATION };
-
-static double command, sum;
-static int harm;
-static volatile int *nowhere;
-
-static void hang(void) { for (;;) sleep(1); }
-
-EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
-                                     const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging) {
-    return &sum;
-}
-EXPORT void fmi2FreeInstance(fmi2Component c) { if (harm == CRASH_WHEN_FREED) *nowhere = 1; }
-EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2Real d, fmi2Boolean e, fmi2Real f) { return fmi2OK; }
-EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
-    if (harm == HANG_IN_INITIALIZATION)
-        hang();
-    return fmi2OK;
-}
-EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return fmi2OK; }
-EXPORT fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
-EXPORT fmi2Status fmi2Reset(fmi2Component c) { return fmi2OK; }
-EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[]) {
-    for (size_t i = 0; i < n; i++)
-        values[i] = vr[i] == 0 ? command : sum;
-    return fmi2OK;
-}
-EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[]) {
-    command = values[0];
-    return fmi2OK;
-}
-EXPORT fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer values[]) {
-    harm = values[0];
-    return fmi2OK;
-}
-EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_going_back) {
-    sum += h * command;
-    if (t < 0.5 - 1e-9 || harm == NONE)
-        return fmi2OK;
-    fputs("first line\\n", stderr);
-    fprintf(stderr, "harm %d now\\n", harm);
-    switch (harm) {
-    case NULL_POINTER: *nowhere = 1; break;
-    case ABORT: /* with a process of its own that goes on */
-        if (fork() == 0)
-            hang();
-        abort();
-    case HANG: hang();
-    case LEAVE: exit(3);
-    case LEAVE_WELL: exit(0);
-    case FAIL: return fmi2Error;
-    }
-    return fmi2OK;
-}
-EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
-EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
-#define ABSENT(Name) EXPORT fmi2Status fmi2##Name(void) { return fmi2Error; }
-ABSENT(SetDebugLogging) ABSENT(GetInteger) ABSENT(GetBoolean) ABSENT(SetBoolean)
-ABSENT(GetString) ABSENT(SetString) ABSENT(GetFMUstate) ABSENT(SetFMUstate) ABSENT(FreeFMUstate)
-ABSENT(SerializedFMUstateSize) ABSENT(SerializeFMUstate) ABSENT(DeSerializeFMUstate) ABSENT(GetDirectionalDerivative)
-ABSENT(SetRealInputDerivatives) ABSENT(GetRealOutputDerivatives) ABSENT(CancelStep) ABSENT(GetStatus)
-ABSENT(GetRealStatus) ABSENT(GetIntegerStatus) ABSENT(GetBooleanStatus) ABSENT(GetStringStatus)
-"""
-
-DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="2.0" modelName="harmful" guid="{harmful}">
-  <CoSimulation modelIdentifier="harmful" canHandleVariableCommunicationStepSize="true"/>
-  <ModelVariables>
-    <ScalarVariable name="command" valueReference="0" causality="input" variability="continuous"><Real start="0"/></ScalarVariable>
-    <ScalarVariable name="harm" valueReference="0" causality="parameter" variability="fixed"><Integer start="0"/></ScalarVariable>
-    <ScalarVariable name="sum" valueReference="1" causality="output" variability="continuous"><Real/></ScalarVariable>
-  </ModelVariables>
-  <ModelStructure><Outputs><Unknown index="3" dependencies=""/></Outputs></ModelStructure>
-</fmiModelDescription>
-"""
 
 
 @pytest.fixture(scope="module")
 def harmful(tmp_path_factory) -> Path:
-    """An FMU that adds up its input over time and, from t = 0.5 s on, does what its parameter `harm` tells."""
-    folder = tmp_path_factory.mktemp("harmful")
-    library = folder / f"harmful{fmpy.sharedLibraryExtension}"
-    (folder / "harmful.c").write_text(SOURCE)
-    build_library([folder / "harmful.c"], library, platform_named("this"), [Path(str(fmpy.__file__)).parent / "c-code"])
-    with zipfile.ZipFile(folder / "harmful.fmu", "w") as archive:
-        archive.writestr("modelDescription.xml", DESCRIPTION)
-        archive.write(library, f"binaries/{fmpy.platform}/{library.name}")
-    load_fmu(folder / "harmful.fmu")  # unpacked once for all tests
-    return folder / "harmful.fmu"
+    """The harmful FMU, unpacked once for all tests."""
+    path = build_harmful(tmp_path_factory.mktemp("harmful"))
+    load_fmu(path)
+    return path
 
 
 def harmful_system(path: Path, harm: str) -> System:
     system = System()
-    system.add("x", path, harm=_HARM.index(harm), command=2.0)
+    system.add("x", path, harm=HARM.index(harm), command=2.0)
     return system
 
 
@@ -325,7 +229,7 @@ POSIX = pytest.mark.skipif(sys.platform == "win32", reason="there are no signals
 )
 def test_a_crash_is_told_with_its_kind_the_time_the_fmus_and_the_last_words(harmful, nothing_left, capfd, harm, words):
     system = harmful_system(harmful, harm)
-    last = f"; last words: first line; harm {_HARM.index(harm)} now"
+    last = f"; last words: first line; harm {HARM.index(harm)} now"
     with pytest.raises(SimulationError, match=rf"^the isolated run ended at t = 0.5 s: {words}; FMUs: x \(harmful.fmu\){last}$"):
         system.simulate(STOP, STEP, isolate=True)
     assert "first line\n" in capfd.readouterr().err  # passed on, too
@@ -380,7 +284,7 @@ except KeyboardInterrupt:
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_the_child_does_not_outlive_the_caller(harmful, how):
     """Neither when the caller is interrupted, nor when it is killed and can do nothing any more."""
-    command = [sys.executable, "-c", INTERRUPTED, str(harmful), str(_HARM.index("hang"))]
+    command = [sys.executable, "-c", INTERRUPTED, str(harmful), str(HARM.index("hang"))]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "going 0.5\n"

@@ -4,65 +4,25 @@ from __future__ import annotations
 
 import math
 import sqlite3
-from pathlib import Path
 
 import numpy as np
 import pytest
+from sweep_cases import CRANE, content, crane_study, runs_of
 
 from shaper_fmu.analysis.response import command_end, residual_amplitude
 from shaper_fmu.archives import read_archive, write_archive
 from shaper_fmu.errors import ModelError, StudyError
-from shaper_fmu.ssp.archive import pack_ssp
 from shaper_fmu.sweep.engine import load_stored_system, run_study
 from shaper_fmu.sweep.store import Run, Store
-from shaper_fmu.sweep.study import Study, read_study
-
-SYSTEMS = Path(__file__).parents[1] / "ssp"
-
-STUDY = """
-name = "small"
-system = "crane.ssp"
-stop_time = 24.0
-step = 0.02
-reference = "unshaped"
-
-[vary."crane.initial_rope_length"]
-nominal = 8.0
-low = 6.4
-high = 9.6
-points = 3
-
-[compare]
-unshaped = { "shaper.shaper" = "none", "profile.distance" = 0.01 }
-ZV = { "shaper.shaper" = "zv", "profile.distance" = 0.01 }
-ZVD = { "shaper.shaper" = "zvd", "profile.distance" = 0.01 }
-
-[metrics.residual_swing]
-kind = "residual"
-output = "crane.swing_angle"
-command = "shaper.shaped_mean"
-
-[metrics.peak_swing]
-kind = "peak"
-output = "crane.swing_angle"
-"""
-
-
-def study_in(folder: Path, fmus: Path, text: str = STUDY) -> Study:
-    pack_ssp(SYSTEMS / "overhead_crane", fmus, folder / "crane.ssp")
-    (folder / "study.toml").write_text(text)
-    return read_study(folder / "study.toml")
-
-
-def content(runs: list[Run]) -> list[tuple]:
-    return [(r.id, r.compared, tuple(r.varied.items()), r.status, tuple(r.metrics.items()), r.reason) for r in runs]
+from shaper_fmu.sweep.study import Study
 
 
 @pytest.fixture(scope="module")
 def swept(fmus, tmp_path_factory) -> tuple[Study, list[Run]]:
     folder = tmp_path_factory.mktemp("swept")
-    study = study_in(folder, fmus)
-    return study, run_study(study, folder / "s.sqlite")
+    study = crane_study(folder, fmus)
+    assert run_study(study, folder / "s.sqlite") == {"done": 9}
+    return study, runs_of(folder / "s.sqlite")
 
 
 def linear_residual_ratio(order: int, ratio: float) -> float:
@@ -93,29 +53,32 @@ def test_the_plan_is_the_grid_of_all_cases(swept):
 
 
 def test_an_interrupted_sweep_resumes_to_the_same_content(swept, fmus, tmp_path):
-    study = study_in(tmp_path, fmus)
-    seen: list[int] = []
+    study = crane_study(tmp_path, fmus)
+    seen: list[tuple[int, int, int]] = []
 
-    def interrupt(done: int, total: int) -> None:
-        seen.append(done)
-        if len(seen) in (3, 7):
+    def interrupt(done: int, failed: int, total: int) -> None:
+        seen.append((done, failed, total))
+        if len(seen) in (2, 4):
             raise KeyboardInterrupt
 
     for _ in range(2):
         with pytest.raises(KeyboardInterrupt):
             run_study(study, tmp_path / "s.sqlite", interrupt)
     with Store(tmp_path / "s.sqlite") as store:
-        assert store.counts() == {"done": 5, "planned": 4}
-    assert content(run_study(study, tmp_path / "s.sqlite", interrupt)) == content(swept[1])
-    assert seen == [0, 1, 2, 2, 3, 4, 5, 5, 6, 7, 8, 9]
-    again: list[int] = []
-    run_study(study, tmp_path / "s.sqlite", lambda done, total: again.append(done))
-    assert again == [9]  # nothing is run twice
+        kept = store.counts()
+    assert kept == {"done": 2, "planned": 7}  # each start enters its first run alone
+    assert run_study(study, tmp_path / "s.sqlite", interrupt) == {"done": 9}
+    assert content(runs_of(tmp_path / "s.sqlite")) == content(swept[1])
+    assert [done for done, _, _ in seen] == sorted(done for done, _, _ in seen)
+    again: list[tuple[int, int, int]] = []
+    run_study(study, tmp_path / "s.sqlite", lambda *told: again.append(told))
+    assert again == [(9, 0, 9)]  # nothing is run twice
 
 
 def test_a_run_that_fails_is_a_row_and_the_others_complete(swept, fmus, tmp_path):
-    text = STUDY.replace('ZV = { "shaper.shaper" = "zv"', 'ZV = { "crane.hoist_speed" = 0.35, "shaper.shaper" = "zv"')
-    runs = run_study(study_in(tmp_path, fmus, text), tmp_path / "s.sqlite")
+    text = CRANE.replace('ZV = { "shaper.shaper" = "zv"', 'ZV = { "crane.hoist_speed" = 0.35, "shaper.shaper" = "zv"')
+    assert run_study(crane_study(tmp_path, fmus, text), tmp_path / "s.sqlite") == {"done": 7, "failed": 2}
+    runs = runs_of(tmp_path / "s.sqlite")
     failed = [r for r in runs if r.status == "failed"]
     # hoisting 0.35 m/s for 24 s takes 8.4 m: too much for 6.4 and 8 m of rope, not for 9.6 m
     assert [(r.compared, r.varied["crane.initial_rope_length"]) for r in failed] == [("ZV", 6.4), ("ZV", 8.0)]
@@ -125,11 +88,11 @@ def test_a_run_that_fails_is_a_row_and_the_others_complete(swept, fmus, tmp_path
 
 
 def test_a_store_is_not_mixed_with_another_study_or_other_fmus(fmus, tmp_path):
-    study = study_in(tmp_path, fmus)
+    study = crane_study(tmp_path, fmus)
     with Store(tmp_path / "s.sqlite", study, {"fmus": {"crane": "1"}}) as store:
         assert store.study() == study
         assert store.provenance() == {"fmus": {"crane": "1"}}
-    other = study_in(tmp_path, fmus, STUDY.replace("step = 0.02", "step = 0.01"))
+    other = crane_study(tmp_path, fmus, CRANE.replace("step = 0.02", "step = 0.01"))
     with pytest.raises(StudyError, match="holds runs of another study"):
         Store(tmp_path / "s.sqlite", other, {"fmus": {"crane": "1"}})
     with pytest.raises(StudyError, match="holds runs of other FMUs"):
@@ -151,7 +114,14 @@ def test_what_is_no_store_is_refused(tmp_path):
     ("old", "new", "words"),
     [
         ("stop_time = 24.0", "", "missing required field `stop_time`"),
-        ("points = 3", "pionts = 3", "unknown field `pionts`"),
+        ("points = 3", "pionts = 3", r"study.toml, line 12: .*unknown field `pionts`.*Did you mean 'points'"),
+        ("[compare]", "[plan]\nkind = 'gird'\n[compare]", "plan.kind = 'gird' is not one of grid, zip.*Did you mean 'grid'"),
+        ("[compare]", "[plan]\nkind = 'sobol'\n[compare]", "sobol needs samples"),
+        ("points = 3", "points = 3\nspacing = 'log'\n", None),
+        ("low = 6.4", "low = -6.4\nspacing = 'log'", r"vary.crane.initial_rope_length: log spacing needs 0 < low < high"),
+        ("reference =", "time_limit = -1.0\nreference =", "time_limit = -1.0 must be positive"),
+        ("[metrics.peak_swing]", "[metrics.'peak-swing']", "a metric's name has letters"),
+        ("[compare]", "[refine]\nmetric = 'peek_swing'\nlevel = 0.05\nwidth = 1.0\n[compare]", "Did you mean 'peak_swing'"),
         ("points = 3", "points = 1", "at least 2 points"),
         ("step = 0.02", 'step = "small"', "Expected `float`, got `str`"),
         ('kind = "peak"', 'kind = "pique"', "Invalid value 'pique'"),
@@ -160,8 +130,11 @@ def test_what_is_no_store_is_refused(tmp_path):
     ],
 )
 def test_wrong_studies_are_refused(fmus, tmp_path, old, new, words):
+    if words is None:
+        assert crane_study(tmp_path, fmus, CRANE.replace(old, new, 1)).count == 12
+        return
     with pytest.raises(StudyError, match=words):
-        study_in(tmp_path, fmus, STUDY.replace(old, new, 1))
+        crane_study(tmp_path, fmus, CRANE.replace(old, new, 1))
 
 
 @pytest.mark.parametrize(
@@ -173,7 +146,7 @@ def test_wrong_studies_are_refused(fmus, tmp_path, old, new, words):
     ],
 )
 def test_names_that_the_system_does_not_have_are_refused_before_the_first_run(fmus, tmp_path, old, new, words):
-    study = study_in(tmp_path, fmus, STUDY.replace(old, new, 1))
+    study = crane_study(tmp_path, fmus, CRANE.replace(old, new, 1))
     with pytest.raises(ModelError, match=words.replace("?", r"\?")):
         run_study(study, tmp_path / "s.sqlite")
     assert not (tmp_path / "s.sqlite").exists()
@@ -189,7 +162,7 @@ def test_residual_amplitude_of_a_known_response():
 
 
 def test_a_changed_system_is_not_mixed_with_the_old_runs(fmus, tmp_path):
-    study = study_in(tmp_path, fmus, STUDY.replace("points = 3", "points = 2"))
+    study = crane_study(tmp_path, fmus, CRANE.replace("points = 3", "points = 2"))
     run_study(study, tmp_path / "s.sqlite")
     packed = tmp_path / "crane.ssp"
     files = read_archive(packed.read_bytes(), "crane.ssp")
@@ -202,9 +175,10 @@ def test_a_changed_system_is_not_mixed_with_the_old_runs(fmus, tmp_path):
 
 
 def test_a_command_that_has_not_ended_is_no_success(fmus, tmp_path):
-    runs = run_study(study_in(tmp_path, fmus, STUDY.replace("stop_time = 24.0", "stop_time = 3.0")), tmp_path / "s.sqlite")
+    run_study(crane_study(tmp_path, fmus, CRANE.replace("stop_time = 24.0", "stop_time = 3.0")), tmp_path / "s.sqlite")
+    runs = runs_of(tmp_path / "s.sqlite")
     assert {r.status for r in runs} == {"failed"}
-    assert all("has not come to its end by stop_time = 3 s" in (r.reason or "") for r in runs)
+    assert all("has not come to its end by t = 3 s" in (r.reason or "") for r in runs)
 
 
 def test_a_foreign_database_is_left_alone(tmp_path):

@@ -104,6 +104,8 @@ def _measure(metrics, bus, t):
         m.smallest = min(m.smallest, x)
         if m.kind == of.OUTSIDE and abs(x - m.rest) > m.parameter:
             m.sum = t
+        if math.isnan(x):  # which comparisons pass over
+            m.largest = m.smallest = m.sum = x
         m.last = x
         m.time = t
 

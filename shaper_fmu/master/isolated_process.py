@@ -74,7 +74,7 @@ class Child:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._kill()
+        self.kill()
         for thread, stream in zip(self._threads, (self.process.stdout, self.process.stderr), strict=True):
             thread.join(1.0)
             if stream is not None and not thread.is_alive():  # else a process that has left the group keeps it open
@@ -106,7 +106,7 @@ class Child:
             if self.process.poll() is not None:
                 if self._killed:
                     return
-                self._kill()  # what it has started may keep the channel open; what it has sent is still read
+                self.kill()  # what it has started may keep the channel open; what it has sent is still read
             if time.monotonic() >= deadline:
                 raise TimeoutError
             if progress is not None and isinstance(self.time, float) and self.time > told:
@@ -134,7 +134,7 @@ class Child:
         """How the process ended, in words."""
         with suppress(subprocess.TimeoutExpired):
             self.process.wait(5.0)
-        status = self._kill()
+        status = self.kill()
         if status >= 0:
             return f"its process ended with exit status {status if status < 1 << 16 else hex(status)}"
         name = next((known.name for known in signals_of.Signals if known == -status), f"signal {-status}")
@@ -146,7 +146,7 @@ class Child:
         lines = [line.strip() for line in self._tail.decode("utf-8", "replace").splitlines() if line.strip()]
         return f"; last words: {'; '.join(lines[-3:])}" if lines else ""
 
-    def _kill(self) -> int:
+    def kill(self) -> int:
         """End the process, and what it has started; its status."""
         if sys.platform == "win32":
             self.process.kill()

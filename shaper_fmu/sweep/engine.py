@@ -1,67 +1,146 @@
-"""Running a sweep: what is not done, one run after the other, on instances that are reset between runs."""
+"""Running a sweep: what the store does not hold yet, by an engine; refinement; the store's system."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import msgspec
 
 from shaper_fmu import __version__
-from shaper_fmu.analysis.response import command_end, residual_amplitude
-from shaper_fmu.errors import SimulationError, StudyError
+from shaper_fmu.errors import ModelError, StudyError
+from shaper_fmu.master.fmu import typed_value
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
 from shaper_fmu.ssp.archive import SspSystem, load_ssp
-from shaper_fmu.sweep.store import Run, Store
-from shaper_fmu.sweep.study import Residual, Study
+from shaper_fmu.sweep.engines import Engine, Processes, Serial
+from shaper_fmu.sweep.job import Job
+from shaper_fmu.sweep.refine import points_to_add
+from shaper_fmu.sweep.store import Run, Store, Task
+from shaper_fmu.sweep.study import Study, check_study
 
-Progress = Callable[[int, int], None]
-"""Called before the first run and after each with the number of runs done or failed, and of all runs."""
+Progress = Callable[[int, int, int], None]
+"""Called now and then with the number of runs that are done, that have failed, and of all runs."""
+
+_ROUNDS = 60
 
 
-def run_study(study: Study, store: Path | str, progress: Progress | None = None) -> list[Run]:
-    """Run what the store does not hold yet; a run that fails is kept with its reason. Returns all runs.
+def run_study(
+    study: Study, store: Path | str, progress: Progress | None = None, *, engine: Engine | None = None, retry_failed: bool = False
+) -> dict[str, int]:
+    """Run what the store does not hold yet; a run that fails is kept with its reason. Returns the number of runs by status.
 
-    Raises ModelError before the first run if the study names what the system does not have.
+    `engine`: serial in this process if None. With `retry_failed`, runs that have failed are run again. Raises ModelError before
+    the first run if the study names what the system does not have, StudyError if the store is another study's or in use.
     """
     loaded = load_ssp(study.system_path)
-    system, start_time = loaded.system, loaded.structure.start_time or 0.0
-    provenance = provenance_of(loaded)
-    check_names(study, system)
-    with Store(store, study, provenance) as opened:
-        simulation = Simulation(system, record=study.recorded())
-        try:
-            planned, total = opened.runs("planned"), sum(opened.counts().values())
-            for number, run in enumerate(planned):
-                if progress is not None:
-                    progress(total - len(planned) + number, total)
-                begin = time.perf_counter()
-                try:
-                    results = simulate_run(simulation, study, run, start_time)
-                    opened.finish(run.id, metrics_of(study, results), time.perf_counter() - begin)
-                except SimulationError as error:
-                    opened.fail(run.id, str(error), time.perf_counter() - begin)
-                    simulation.close()
-                    simulation = Simulation(system, record=study.recorded())
+    study = with_nominals(study, loaded.system)
+    job = job_of(study, loaded)
+    engine = engine or Serial()
+    with Store(store, study, provenance_of(loaded)) as opened:
+        if retry_failed:
+            opened.retry_failed()
+        _run_planned(opened, job, engine, progress)
+        for _ in range(_ROUNDS if study.refine is not None else 0):
+            if not opened.add(points_to_add(study, opened)):
+                break
+            _run_planned(opened, job, engine, progress)
+        if not engine.reuses:
+            opened.note("instances", "a reset of these FMUs leaves something behind: every run had fresh instances")
+        return opened.counts()
+
+
+def _run_planned(opened: Store, job: Job, engine: Engine, progress: Progress | None) -> None:
+    counts = opened.counts()
+    done, failed, total = counts.get("done", 0), counts.get("failed", 0), sum(counts.values())
+    planned: Iterator[Task] = opened.planned()
+
+    def feed(size: int) -> list[Task]:
+        return list(islice(planned, size))
+
+    if progress is not None:
+        progress(done, failed, total)
+    if done + failed == total:
+        return
+    running = engine.outcomes(job, feed)
+    try:
+        for outcomes in running:
+            opened.enter(outcomes)
+            failed += sum(outcome.metrics is None for outcome in outcomes)
+            done += sum(outcome.metrics is not None for outcome in outcomes)
             if progress is not None:
-                progress(total, total)
-        finally:
-            simulation.close()
-        return opened.runs()
+                progress(done, failed, total)
+    finally:
+        running.close()  # pyright: ignore[reportAttributeAccessIssue]
 
 
-def check_names(study: Study, system: System) -> None:
-    """Raise ModelError for a recorded variable or a start value that the system does not have."""
+def available_workers() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def engine_for(workers: int | None = None, dask: str | None = None) -> Engine:
+    """The engine that options ask for: Dask at an address ("local" for a cluster of its own), 0 workers for serial, or processes.
+
+    Raises StudyError for a negative number, and where Dask is not installed.
+    """
+    if dask is not None:
+        from shaper_fmu.sweep.dask_engine import Dask
+
+        return Dask(dask, workers)
+    if workers is not None and workers < 0:
+        raise StudyError(f"workers = {workers} must not be negative; 0 runs everything in one process")
+    return Serial() if workers == 0 else Processes(workers or available_workers())
+
+
+def with_nominals(study: Study, system: System) -> Study:
+    """The study with the system's own values where it gives no nominal ones. Raises ModelError and StudyError."""
+    vary = {}
+    for name, one in study.vary.items():
+        system.check_settable(name)
+        instance, variable = system.split(name)
+        system.fmus[instance].variable(variable, "input", "parameter")
+        nominal = one.nominal
+        if nominal is None:
+            nominal = _number(system.start_values[instance].get(variable, system.fmus[instance].variables[variable].start))
+        vary[name] = msgspec.structs.replace(one, nominal=nominal)
+    completed = msgspec.structs.replace(study, vary=vary)
+    check_study(completed)
+    return completed
+
+
+def _number(value: Any) -> float | None:
+    try:
+        return None if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError):
+        return None
+
+
+def job_of(study: Study, loaded: SspSystem) -> Job:
+    """The study as workers get it. Raises ModelError for names that the system does not have."""
+    system = loaded.system
     system.ports(study.recorded())
-    for values in [dict.fromkeys(study.vary, 1.0), *study.compare.values()]:
+    for values in study.compare.values():
         for name, value in values.items():
             system.check_settable(name)
             instance, variable = system.split(name)
             system.fmus[instance].start_values({variable: value})
+    for name in (*study.vary, *[name for values in study.compare.values() for name in values]):
+        _give_start_value(system, name)
+    plan = study.batch_plan(loaded.structure.start_time or 0.0)
+    return Job(system, plan, study.master_metrics(), study.compare, tuple(study.vary), study.time_limit)
+
+
+def _give_start_value(system: System, name: str) -> None:
+    """An input that runs set is no open one: in the runs that do not set it, it has the FMU's own value."""
+    instance, variable = system.split(name)
+    found = system.fmus[instance].variables.get(variable)
+    if found is not None and found.causality == "input" and found.start is not None:
+        system.start_values[instance].setdefault(variable, typed_value(found, found.start, instance))
 
 
 def provenance_of(loaded: SspSystem) -> dict[str, Any]:
@@ -80,20 +159,15 @@ def load_stored_system(store: Store) -> SspSystem:
 
 def simulate_run(simulation: Simulation, study: Study, run: Run, start_time: float = 0.0) -> Results:
     """The trajectories of one run of the study."""
-    values: dict[str, Any] = {**study.compare[run.compared], **run.varied}
-    return simulation.run(study.stop_time, study.step, algorithm=study.algorithm, start_values=values, start_time=start_time)
-
-
-def metrics_of(study: Study, results: Results) -> dict[str, float]:
-    """The study's metrics of one run, in SI units."""
-    found = {}
-    for name, metric in study.metrics.items():
-        if isinstance(metric, Residual):
-            end = command_end(results.time, results[metric.command])
-            if end >= results.time[-1]:
-                words = f"has not come to its end by stop_time = {study.stop_time:g} s; use a later one"
-                raise SimulationError(f"{metric.command} {words}")
-            found[name] = residual_amplitude(results.time, results[metric.output], end)
-        else:
-            found[name] = float(np.max(np.abs(results[metric.output])))
-    return found
+    values: Mapping[str, Any] = {**study.compare[run.compared], **run.varied}
+    try:
+        return simulation.run(
+            study.stop_time,
+            study.step,
+            algorithm=study.algorithm,
+            interpolation=study.interpolation,
+            start_values=values,
+            start_time=start_time,
+        )
+    except ModelError as error:
+        raise StudyError(f"run {run.id}: {error}") from None

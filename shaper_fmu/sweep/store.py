@@ -1,78 +1,83 @@
-"""The store of a sweep: one SQLite file with the plan, what became of each run, and where the numbers come from."""
+"""The store of a sweep: one SQLite file with the plan, what became of each run, and where the numbers come from.
+
+Table "run" has a row for each run: its case, the varied values (columns of their names), status, metrics (columns of their
+names), reason, seconds and how often it was tried. One process writes; a lock beside the file keeps a second one out.
+"""
 
 from __future__ import annotations
 
 import json
 import sqlite3
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import msgspec
+from filelock import FileLock, Timeout
 
 from shaper_fmu.errors import StudyError
+from shaper_fmu.sweep.plan import Value
 from shaper_fmu.sweep.study import Study
 
-_SCHEMA = """
-CREATE TABLE IF NOT EXISTS study (key TEXT PRIMARY KEY, value TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS run (
-    id INTEGER PRIMARY KEY,
-    compared TEXT NOT NULL,
-    varied TEXT NOT NULL,
-    status TEXT NOT NULL DEFAULT 'planned' CHECK (status IN ('planned', 'done', 'failed')),
-    metrics TEXT,
-    reason TEXT,
-    seconds REAL
-);
-"""
+FORMAT = 2
+_OWN = ("id", "compared", "status", "reason", "seconds", "attempts")
+_PAGE = 10_000
+
+
+@dataclass(frozen=True)
+class Task:
+    """A run to be done: its number, the case, and the varied values in the study's order."""
+
+    id: int
+    compared: str
+    values: tuple[Value, ...]
+    attempts: int = 0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a run: metrics in the study's order if it is done, else why it failed."""
+
+    id: int
+    metrics: tuple[float, ...] | None
+    reason: str | None
+    seconds: float
+    attempts: int = 1
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run: its place in the plan, the compared case, the varied start values, and what became of it."""
+    """One run as the store has it."""
 
     id: int
     compared: str
-    varied: dict[str, float]
+    varied: dict[str, Any]
     status: str
     metrics: dict[str, float]
     reason: str | None
+    seconds: float | None = None
+    attempts: int = 0
 
 
 class Store:
-    """A sweep's results. Use it in a with statement; every finished run is committed at once."""
+    """A sweep's results. Use it in a with statement; what has been entered is committed at once."""
 
     def __init__(self, path: Path | str, study: Study | None = None, provenance: dict[str, Any] | None = None):
-        """Open the store; with a study, plan its runs unless they are there.
+        """Open the store; with a study, to write: its runs are planned unless they are there.
 
-        Raises StudyError if the file is no store, or holds another study or runs of other FMUs.
+        Raises StudyError if the file is no store, holds another study or runs of other FMUs, or if another sweep writes to it.
         """
         self.path = Path(path)
+        self._lock: FileLock | None = None
         if study is None and not self.path.is_file():
             raise StudyError(f"{path}: no such store; run 'shaper-fmu sweep' first")
+        if study is not None:
+            self._take_lock()
         try:
-            mode = "ro" if study is None else "rwc"
-            self._database = sqlite3.connect(f"{self.path.resolve().as_uri()}?mode={mode}", uri=True)
-        except sqlite3.DatabaseError as error:
-            raise StudyError(f"{path}: cannot be opened: {error}") from None
-        try:
-            tables = {name for (name,) in self._database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-            if tables and "study" not in tables:
-                raise StudyError(f"{path}: a database, but not a sweep's store")
-            if study is not None:
-                self._database.execute("PRAGMA journal_mode=WAL")
-                self._database.executescript(_SCHEMA)
-            elif not tables:
-                raise StudyError(f"{path}: this store holds no study")
-            if study is not None:
-                self._plan(study, provenance or {})
-            elif not self._value("study"):
-                raise StudyError(f"{path}: this store holds no study")
-        except sqlite3.DatabaseError as error:
-            self._database.close()
-            raise StudyError(f"{path}: not a sweep's store: {error}") from None
+            self._open(study, provenance or {})
         except BaseException:
-            self._database.close()
+            self._release()
             raise
 
     def __enter__(self) -> Store:
@@ -80,56 +85,185 @@ class Store:
 
     def __exit__(self, *error: object) -> None:
         self._database.close()
+        self._release()
+
+    def _take_lock(self) -> None:
+        lock = FileLock(f"{self.path}.lock", blocking=False)
+        try:
+            lock.acquire()
+        except Timeout:
+            raise StudyError(f"{self.path}: another sweep is writing to this store; wait for it, or give another --store") from None
+        except OSError as error:
+            raise StudyError(f"{self.path}: cannot be opened: {error.strerror or error}") from None
+        self._lock = lock
+
+    def _release(self) -> None:
+        if self._lock is not None:
+            self._lock.release()  # the file stays: one that is taken away while others wait for it would let in two
+            self._lock = None
+
+    def _open(self, study: Study | None, provenance: dict[str, Any]) -> None:
+        mode = "ro" if study is None else "rwc"
+        try:
+            self._database = sqlite3.connect(f"{self.path.resolve().as_uri()}?mode={mode}", uri=True)
+        except sqlite3.DatabaseError as error:
+            raise StudyError(f"{self.path}: cannot be opened: {error}") from None
+        try:
+            tables = {name for (name,) in self._database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+            if tables and "study" not in tables:
+                raise StudyError(f"{self.path}: a database, but not a sweep's store")
+            if not tables and study is None:
+                raise StudyError(f"{self.path}: this store holds no study")
+            if study is not None:
+                self._database.execute("PRAGMA journal_mode=WAL")
+                self._database.execute("PRAGMA synchronous=NORMAL")  # a killed process loses nothing; a power cut the last seconds
+                self._plan(study, provenance)
+            elif self._value("format") != str(FORMAT):
+                raise StudyError(f"{self.path}: written by another version of shaper-fmu; sweep again into another store")
+            self._study = self._stored_study()
+        except sqlite3.DatabaseError as error:
+            self._database.close()
+            raise StudyError(f"{self.path}: not a sweep's store: {error}") from None
+        except BaseException:
+            self._database.close()
+            raise
 
     def _value(self, key: str) -> str | None:
         row = self._database.execute("SELECT value FROM study WHERE key = ?", (key,)).fetchone()
         return row[0] if row else None
 
     def _plan(self, study: Study, provenance: dict[str, Any]) -> None:
-        entries = {"study": study.as_json(), "provenance": json.dumps(provenance, sort_keys=True)}
+        """Plan the runs, all or none, or see that those that are there are the same."""
+        entries = {"format": str(FORMAT), "study": study.as_json(), "provenance": json.dumps(provenance, sort_keys=True)}
         differs = {"study": "another study", "provenance": "other FMUs or another version of shaper-fmu"}
-        if self._value("study") is not None:
-            for key, text in entries.items():
-                if self._value(key) != text:
-                    raise StudyError(f"{self.path}: holds runs of {differs[key]}; give another --store, or delete this one")
-        else:
-            with self._database:
-                self._database.executemany("INSERT INTO study VALUES (?, ?)", entries.items())
-                rows = ((i, case, json.dumps(varied)) for i, (case, varied) in enumerate(study.plan()))
-                self._database.executemany("INSERT INTO run (id, compared, varied) VALUES (?, ?, ?)", rows)
+        differs["format"] = differs["provenance"]
         with self._database:
-            self._database.execute("INSERT OR REPLACE INTO study VALUES ('folder', ?)", (str(Path(study.folder).resolve()),))
+            self._database.execute("BEGIN IMMEDIATE")
+            self._database.execute("CREATE TABLE IF NOT EXISTS study (key TEXT PRIMARY KEY, value TEXT NOT NULL)")
+            if self._value("study") is None:
+                self._create(study)
+                self._database.executemany("INSERT INTO study VALUES (?, ?)", entries.items())
+            else:
+                for key, text in entries.items():
+                    if self._value(key) != text:
+                        raise StudyError(f"{self.path}: holds runs of {differs[key]}; give another --store, or delete this one")
+            folder = str(Path(study.folder).resolve())
+            self._database.execute("INSERT OR REPLACE INTO study VALUES ('folder', ?)", (folder,))
+
+    def _create(self, study: Study) -> None:
+        varied = "".join(f", {_quoted(name)}" for name in study.vary)
+        metrics = "".join(f", {_quoted(name)} REAL" for name in study.metrics)
+        self._database.execute(
+            f"CREATE TABLE run (id INTEGER PRIMARY KEY, compared TEXT NOT NULL{varied}, "
+            f"status TEXT NOT NULL DEFAULT 'planned' CHECK (status IN ('planned', 'done', 'failed')){metrics}, "
+            "reason TEXT, seconds REAL, attempts INTEGER NOT NULL DEFAULT 0)"
+        )
+        runs = ((case, *values) for case in study.compare for values in study.points)
+        self._insert(study, ((number, *run) for number, run in enumerate(runs)))
+        self._database.execute("CREATE INDEX open_runs ON run (status) WHERE status != 'done'")
+
+    def _insert(self, study: Study, rows: Iterable[tuple[Any, ...]]) -> None:
+        names = ", ".join(["id", "compared", *map(_quoted, study.vary)])
+        marks = ", ".join("?" * (2 + len(study.vary)))
+        self._database.executemany(f"INSERT INTO run ({names}) VALUES ({marks})", rows)
+
+    def _stored_study(self) -> Study:
+        text = self._value("study")
+        if text is None:
+            raise StudyError(f"{self.path}: this store holds no study")
+        study = msgspec.json.decode(text, type=Study)
+        study.folder = self._value("folder") or ""
+        return study
 
     def study(self) -> Study:
         """The study as it was planned, with the folder where it was last run."""
-        study = msgspec.json.decode(self._value("study") or "", type=Study)
-        study.folder = self._value("folder") or ""
-        return study
+        return self._study
 
     def provenance(self) -> dict[str, Any]:
         """Digests of the FMUs and the version that made the runs."""
         return json.loads(self._value("provenance") or "{}")
 
-    def runs(self, status: str | None = None) -> list[Run]:
-        """The runs in the plan's order, all or those of one status."""
-        rows = self._database.execute(
-            "SELECT id, compared, varied, status, metrics, reason FROM run WHERE ? IS NULL OR status = ? ORDER BY id",
-            (status, status),
-        )
-        return [Run(i, c, json.loads(v), s, json.loads(m or "{}"), r) for i, c, v, s, m, r in rows]
+    def note(self, key: str, value: str) -> None:
+        """Enter something that a reader should know; see `remark`."""
+        with self._database:
+            self._database.execute("INSERT OR REPLACE INTO study VALUES (?, ?)", (f"note {key}", value))
+
+    def remarks(self) -> dict[str, str]:
+        """What was noted."""
+        rows = self._database.execute("SELECT key, value FROM study WHERE key LIKE 'note %' ORDER BY key")
+        return {key.removeprefix("note "): value for key, value in rows}
 
     def counts(self) -> dict[str, int]:
         """Number of runs by status."""
         return dict(self._database.execute("SELECT status, count(*) FROM run GROUP BY status").fetchall())
 
-    def finish(self, run: int, metrics: dict[str, float], seconds: float) -> None:
-        """Enter the metrics of a completed run."""
-        self._update(run, "done", json.dumps(metrics), None, seconds)
+    def runs(self, status: str | None = None) -> list[Run]:
+        """The runs in the plan's order, all or those of one status."""
+        return list(self.iterate(status))
 
-    def fail(self, run: int, reason: str, seconds: float) -> None:
-        """Enter why a run failed."""
-        self._update(run, "failed", None, reason, seconds)
+    def iterate(self, status: str | None = None) -> Iterator[Run]:
+        """The same one by one, in flat memory."""
+        varied, metrics = list(self._study.vary), list(self._study.metrics)
+        columns = ", ".join(map(_quoted, [*_OWN, *varied, *metrics]))
+        last, middle = -1, len(_OWN) + len(varied)
+        while True:
+            rows = self._database.execute(
+                f"SELECT {columns} FROM run WHERE (? IS NULL OR status = ?) AND id > ? ORDER BY id LIMIT ?",
+                (status, status, last, _PAGE),
+            ).fetchall()
+            for row in rows:
+                number, case, state, reason, seconds, attempts = row[: len(_OWN)]
+                found = dict(zip(metrics, row[middle:], strict=True)) if state == "done" else {}
+                values = dict(zip(varied, row[len(_OWN) : middle], strict=True))
+                yield Run(number, case, values, state, found, reason, seconds, attempts)
+            if len(rows) < _PAGE:
+                return
+            last = rows[-1][0]
 
-    def _update(self, run: int, *values: Any) -> None:
+    def planned(self) -> Iterator[Task]:
+        """The runs that are to be done, in the plan's order, page by page: those entered meanwhile do no harm."""
+        columns = ", ".join(["id", "compared", "attempts", *map(_quoted, self._study.vary)])
+        last = -1
+        while True:
+            rows = self._database.execute(
+                f"SELECT {columns} FROM run WHERE status = 'planned' AND id > ? ORDER BY id LIMIT ?", (last, _PAGE)
+            ).fetchall()
+            for number, case, attempts, *values in rows:
+                yield Task(number, case, tuple(values), attempts)
+            if len(rows) < _PAGE:
+                return
+            last = rows[-1][0]
+
+    def enter(self, outcomes: Sequence[Outcome]) -> None:
+        """Enter what became of runs, all of them or none."""
+        metrics = "".join(f", {_quoted(name)} = ?" for name in self._study.metrics)
+        none = (None,) * len(self._study.metrics)
+        rows = [
+            ("failed" if o.metrics is None else "done", o.reason, o.seconds, o.attempts, *(o.metrics or none), o.id)
+            for o in outcomes
+        ]
         with self._database:
-            self._database.execute("UPDATE run SET status = ?, metrics = ?, reason = ?, seconds = ? WHERE id = ?", (*values, run))
+            self._database.executemany(
+                f"UPDATE run SET status = ?, reason = ?, seconds = ?, attempts = ?{metrics} WHERE id = ?", rows
+            )
+
+    def add(self, points: Iterable[tuple[str, tuple[Value, ...]]]) -> int:
+        """Plan more runs, after all others; their number."""
+        last = self._database.execute("SELECT max(id) FROM run").fetchone()[0]
+        rows = [(last + 1 + i, case, *values) for i, (case, values) in enumerate(points)]
+        with self._database:
+            self._insert(self._study, rows)
+        return len(rows)
+
+    def retry_failed(self) -> int:
+        """Plan the failed runs again; their number."""
+        with self._database:
+            cursor = self._database.execute(
+                "UPDATE run SET status = 'planned', reason = NULL, attempts = 0 WHERE status = 'failed'"
+            )
+        return cursor.rowcount
+
+
+def _quoted(name: str) -> str:
+    escaped = name.replace('"', '""')
+    return f'"{escaped}"'

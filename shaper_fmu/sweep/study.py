@@ -1,57 +1,45 @@
-"""The study: what varies, what is compared, what is measured. A TOML file, read strictly."""
+"""The study: what varies, what is compared, what is measured. A TOML file, read strictly, or the same in Python."""
 
 from __future__ import annotations
 
-import itertools
 import json
+import re
+from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import msgspec
-import numpy as np
 
-from shaper_fmu.errors import StudyError, nearest
+from shaper_fmu.errors import ModelError, StudyError, nearest
 from shaper_fmu.master.algorithms import Algorithm
+from shaper_fmu.master.batch import Plan
+from shaper_fmu.master.metrics import Metric, check_metrics, metric_variables
+from shaper_fmu.master.signals import Interpolation
+from shaper_fmu.sweep.measures import Envelope, Measure, Residual
+from shaper_fmu.sweep.plan import KINDS, Points, Sampling, Value
+from shaper_fmu.sweep.variation import Vary
 
 
-class Vary(msgspec.Struct, forbid_unknown_fields=True):
-    """Values of one start value: a list, or `points` from `low` to `high`, evenly spaced; and the nominal one."""
+class Refine(msgspec.Struct, forbid_unknown_fields=True):
+    """Where a metric crosses `level` between neighbours of a grid, the interval is divided until it is shorter than `width`.
 
-    nominal: float
-    values: list[float] | None = None
-    low: float | None = None
-    high: float | None = None
-    points: int = 21
+    `level` is the metric's own value, or with the study's reference a share of the reference's value at the same point.
+    `width` is in the unit of the start value.
+    """
 
-    def grid(self) -> list[float]:
-        """The values in rising order, the nominal one among them."""
-        if self.values is not None:
-            chosen = self.values
-        elif self.low is not None and self.high is not None and self.points >= 2:
-            chosen = [float(f"{value:.12g}") for value in np.linspace(self.low, self.high, self.points)]
-        else:
-            raise StudyError("vary: give values, or low and high with at least 2 points")
-        others = [value for value in chosen if abs(value - self.nominal) > 1e-11 * abs(self.nominal)]
-        return sorted([*others, self.nominal])
+    metric: str
+    level: float
+    width: float
 
 
-class Residual(msgspec.Struct, forbid_unknown_fields=True, tag="residual", tag_field="kind"):
-    """Residual amplitude of `output` after the last change of `command`."""
+class Study(msgspec.Struct, forbid_unknown_fields=True, dict=True):
+    """A sweep over an SSP system.
 
-    output: str
-    command: str
-
-
-class Peak(msgspec.Struct, forbid_unknown_fields=True, tag="peak", tag_field="kind"):
-    """Largest magnitude of `output` over the run."""
-
-    output: str
-
-
-class Study(msgspec.Struct, forbid_unknown_fields=True):
-    """A sweep over an SSP system. `folder` is where the study file lies; `system` is relative to it.
-
-    `reference` names the compared case that the others are related to, in percent.
+    Attributes:
+        folder: where the study file lies; `system` is relative to it.
+        compare: cases by name: the start values in which they differ.
+        reference: the case that the others are related to, in percent.
+        stop_when: a variable that ends a run once it has been true for `stop_hold` [s]; at the latest it ends at `stop_time` [s].
+        time_limit: wall time after which a run counts as hanging [s]; none if it is left out. It needs worker processes.
     """
 
     name: str
@@ -59,10 +47,16 @@ class Study(msgspec.Struct, forbid_unknown_fields=True):
     stop_time: float
     step: float
     vary: dict[str, Vary]
-    compare: dict[str, dict[str, float | bool | str]]
-    metrics: dict[str, Residual | Peak]
+    metrics: dict[str, Measure]
+    compare: dict[str, dict[str, float | bool | str]] = msgspec.field(default_factory=lambda: {"all": {}})
+    plan: Sampling = msgspec.field(default_factory=Sampling)
     algorithm: Algorithm = "jacobi"
+    interpolation: Interpolation = "hold"
     reference: str | None = None
+    stop_when: str | None = None
+    stop_hold: float = 0.0
+    time_limit: float | None = None
+    refine: Refine | None = None
     folder: str = ""
 
     @property
@@ -70,15 +64,39 @@ class Study(msgspec.Struct, forbid_unknown_fields=True):
         """Where the SSP archive lies."""
         return Path(self.folder) / self.system
 
-    def plan(self) -> list[tuple[str, dict[str, Any]]]:
-        """All runs in their order: the compared case's name and the start values that are varied."""
-        grids = [[(name, value) for value in vary.grid()] for name, vary in self.vary.items()]
-        return [(case, dict(point)) for case in self.compare for point in itertools.product(*grids)]
+    @cached_property
+    def points(self) -> Points:
+        """The points at which each case is run. Raises StudyError."""
+        return Points(self.vary, self.plan)
+
+    @property
+    def count(self) -> int:
+        """How many runs there are, before any refinement."""
+        return len(self.compare) * self.points.count
+
+    def run(self, number: int) -> tuple[str, tuple[Value, ...]]:
+        """The case and the varied values (in the order of `vary`) of a run."""
+        case, point = divmod(number, self.points.count)
+        return list(self.compare)[case], self.points.point(point)
+
+    def master_metrics(self) -> dict[str, Metric]:
+        """The metrics as the master knows them."""
+        return {name: measure.metric() for name, measure in self.metrics.items()}
+
+    def batch_plan(self, start_time: float) -> Plan:
+        """What all runs have in common."""
+        return Plan(
+            self.stop_time, self.step, start_time, self.algorithm, self.interpolation,
+            stop_when=self.stop_when, stop_hold=self.stop_hold,
+        )  # fmt: skip
 
     def recorded(self) -> list[str]:
         """The variables that the metrics need."""
-        names = [n for m in self.metrics.values() for n in ([m.output, m.command] if isinstance(m, Residual) else [m.output])]
-        return list(dict.fromkeys(names))
+        return metric_variables(self.master_metrics())
+
+    def commands(self) -> list[str]:
+        """The commands whose ends metrics wait for."""
+        return list(dict.fromkeys(m.command for m in self.metrics.values() if isinstance(m, Residual | Envelope)))
 
     def as_json(self) -> str:
         """The study's content, the same text for the same study wherever it lies."""
@@ -88,24 +106,80 @@ class Study(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def read_study(path: Path | str) -> Study:
-    """Read a study file. Raises StudyError that tells what is wrong and where."""
+    """Read a study file. Raises StudyError that tells what is wrong and in which line."""
     path = Path(path)
     try:
-        study = msgspec.toml.decode(path.read_bytes(), type=Study)
-        study.folder = str(path.parent)
-        study.plan()
-    except OSError as error:
-        raise StudyError(f"{path}: {error.strerror or error}") from None
-    except (msgspec.DecodeError, StudyError) as error:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise StudyError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+    try:
+        study = msgspec.toml.decode(text, type=Study)
+    except msgspec.DecodeError as error:
+        raise StudyError(f"{path}{_located(text, str(error))}") from None
+    study.folder = str(path.parent)
+    try:
+        check_study(study)
+    except (StudyError, ModelError) as error:
         raise StudyError(f"{path}: {error}") from None
-    if study.reference is not None and study.reference not in study.compare:
-        raise StudyError(
-            f"{path}: reference = {study.reference!r} is not one of [compare].{nearest(study.reference, study.compare)}"
-        )
-    if not (0.0 < study.step <= study.stop_time < float("inf")):
-        raise StudyError(
-            f"{path}: step = {study.step} and stop_time = {study.stop_time} must be positive, the step the smaller one"
-        )
-    if not study.compare or not study.vary or not study.metrics:
-        raise StudyError(f"{path}: a study needs at least one entry in each of [vary], [compare] and [metrics]")
     return study
+
+
+def check_study(study: Study) -> None:
+    """Raise StudyError for a study that makes no sense, whatever its system."""
+    if not study.compare or not study.vary or not study.metrics:
+        raise StudyError("a study needs at least one entry in each of [vary], [compare] and [metrics]")
+    if study.plan.kind not in KINDS:
+        raise StudyError(f"plan.kind = {study.plan.kind!r} is not one of {', '.join(KINDS)}.{nearest(study.plan.kind, KINDS)}")
+    if study.reference is not None and study.reference not in study.compare:
+        raise StudyError(f"reference = {study.reference!r} is not one of [compare].{nearest(study.reference, study.compare)}")
+    if not 0.0 < study.step <= study.stop_time < float("inf"):
+        raise StudyError(f"step = {study.step} and stop_time = {study.stop_time} must be positive, the step the smaller one")
+    for name, least in (("stop_hold", study.stop_hold >= 0.0), ("time_limit", study.time_limit is None or study.time_limit > 0.0)):
+        if not least:
+            raise StudyError(f"{name} = {getattr(study, name)} must be positive")
+    for name in study.metrics:
+        if not re.fullmatch(r"[A-Za-z]\w*", name):
+            raise StudyError(f"metric {name!r}: a metric's name has letters, digits and _ only, and begins with a letter")
+    check_metrics(study.master_metrics())
+    if study.refine is not None:
+        _check_refine(study, study.refine)
+    if not any(one.factors is not None and one.nominal is None for one in study.vary.values()):  # the system's own may be meant
+        _ = study.points
+
+
+def _check_refine(study: Study, refine: Refine) -> None:
+    if refine.metric not in study.metrics:
+        raise StudyError(f"refine.metric = {refine.metric!r} is not one of [metrics].{nearest(refine.metric, study.metrics)}")
+    if study.plan.kind != "grid" or not refine.width > 0.0 or not refine.level > 0.0:
+        raise StudyError("refine needs a plan of the kind grid, and a level and a width above 0")
+
+
+def _located(text: str, words: str) -> str:
+    """msgspec's message with the line that it speaks of, and the nearest key for an unknown one."""
+    unknown = re.search(r"unknown field `([^`]+)`(?: - at `\$([^`]*)`)?", words)
+    if unknown:
+        known = _fields_at(unknown[2] or "")
+        words += nearest(unknown[1], known).replace(" Did", ". Did", 1) if known else ""
+        return f", line {_line_of(text, unknown[1])}: {words}"
+    place = re.search(r"at `\$([^`]*)`", words)
+    if place:
+        keys = re.findall(r"[A-Za-z_]\w*", place[1])
+        return f", line {_line_of(text, keys[-1])}: {words}" if keys else f": {words}"
+    return f": {words}"
+
+
+def _line_of(text: str, key: str) -> int:
+    """The first line that sets this key, or has it in a heading; 1 if none does."""
+    pattern = re.compile(rf'(^|[\[.{{,\s"])"?{re.escape(key)}"?\s*(=|\]|\.)')
+    return next((i for i, line in enumerate(text.splitlines(), 1) if pattern.search(line)), 1)
+
+
+def _fields_at(place: str) -> list[str]:
+    """The keys that are known where msgspec found an unknown one."""
+    if place == "":
+        return list(Study.__struct_fields__)
+    kinds: dict[str, tuple[str, ...]] = {".vary": Vary.__struct_fields__, ".plan": Sampling.__struct_fields__}
+    kinds[".refine"] = Refine.__struct_fields__
+    measures = (field for kind in Measure.__args__ for field in kind.__struct_fields__)
+    kinds[".metrics"] = tuple(dict.fromkeys(measures))
+    return list(next((fields for start, fields in kinds.items() if place.startswith(start)), ()))

@@ -1,0 +1,115 @@
+"""The worker process of a sweep: takes tasks from its standard input, and sends their outcomes."""
+
+from __future__ import annotations
+
+import mmap
+import os
+import pickle
+import struct
+import sys
+import threading
+import time
+
+import msgspec
+
+from shaper_fmu.errors import ShaperFmuError
+from shaper_fmu.master.isolated_process import BEGUN, CLOSED, read_frame, send
+from shaper_fmu.sweep.job import Job, Runner
+from shaper_fmu.sweep.store import Outcome, Task
+
+CODE = (  # the FMUs' own words on standard output go to standard error, so the channel has the outcomes alone
+    "import os; channel = os.dup(1); os.dup2(2, 1); from shaper_fmu.sweep.worker import serve; serve(channel, {window!r})"
+)
+NOW = struct.Struct("<qd")
+"""What the worker shares while it works: the run that it is at (-1 for none), and since when (monotonic clock) [s]."""
+
+_SEND_AFTER = 0.2
+"""Outcomes are sent when this time has passed [s]: so often that little is done twice, so seldom that it costs nothing."""
+
+
+class Answer(msgspec.Struct):
+    """Outcomes; or an error that ends the sweep, and the name of its class."""
+
+    outcomes: list[Outcome] = []
+    error: str = ""
+    text: list[str] = []
+    reuses: bool = True
+
+
+def tasks_frame(tasks: list[Task]) -> bytes:
+    """Tasks as they are sent."""
+    return msgspec.msgpack.encode(tasks)
+
+
+def serve(channel: int, window: str) -> None:
+    """The worker's life: a job, then tasks, until standard input ends."""
+    orders = os.fdopen(os.dup(0), "rb")
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    memory = mmap.mmap(-1, NOW.size, tagname=window) if sys.platform == "win32" else mmap.mmap(int(window), NOW.size)
+    memory[:] = NOW.pack(-1, 0.0)
+    work = _Inbox(orders)
+    try:
+        job: Job = pickle.loads(work.next() or b"")
+        runner = Runner(job)
+    except Exception as error:
+        problems = getattr(error, "problems", [str(error)])
+        send(channel, msgspec.msgpack.encode(Answer(error=type(error).__name__, text=problems)))
+        return
+    send(channel, BEGUN)
+    while (frame := work.next()) is not None:
+        _do(runner, msgspec.msgpack.decode(frame, type=list[Task]), memory, channel)
+    runner.close()
+    send(channel, CLOSED)
+
+
+class _Inbox:
+    """Frames of standard input, read by a thread. When it ends, the caller is no more: a run that goes on is of no use."""
+
+    def __init__(self, orders):
+        self._frames: list[bytes] = []
+        self._arrived = threading.Condition()
+        self._ended = self._busy = False
+        threading.Thread(target=self._read, args=(orders,), daemon=True).start()
+
+    def _read(self, orders) -> None:
+        while (frame := read_frame(orders)) is not None:
+            with self._arrived:
+                self._frames.append(frame)
+                self._arrived.notify()
+        with self._arrived:
+            self._ended = True
+            self._arrived.notify()
+        if self._busy:
+            time.sleep(1.0)  # the last run may be short
+            os._exit(1)
+
+    def next(self) -> bytes | None:
+        """The next frame; None at the end."""
+        with self._arrived:
+            self._busy = False
+            self._arrived.wait_for(lambda: self._frames or self._ended)
+            self._busy = True
+            return self._frames.pop(0) if self._frames else None
+
+
+def _do(runner: Runner, tasks: list[Task], memory: mmap.mmap, channel: int) -> None:
+    done: list[Outcome] = []
+    last = time.monotonic()
+    for task in tasks:
+        now = time.monotonic()
+        if done and now - last > _SEND_AFTER:
+            _send(channel, done, runner)
+            last, done = now, []
+        memory[:] = NOW.pack(task.id, now)
+        try:
+            done.append(runner.run(task))
+        except ShaperFmuError as error:
+            done.append(Outcome(task.id, None, str(error), time.monotonic() - now, task.attempts + 1))
+        except Exception as error:
+            done.append(Outcome(task.id, None, f"{type(error).__name__}: {error}", time.monotonic() - now, task.attempts + 1))
+    memory[:] = NOW.pack(-1, 0.0)
+    _send(channel, done, runner)
+
+
+def _send(channel: int, outcomes: list[Outcome], runner: Runner) -> None:
+    send(channel, msgspec.msgpack.encode(Answer(outcomes, reuses=runner.reuses)))
