@@ -6,12 +6,12 @@ Expected numbers: of the monolithic closed loop, by the matrix exponential (scip
 
 from __future__ import annotations
 
-import csv
 import itertools
 from pathlib import Path
 
 import numpy as np
 import pytest
+from reference_runs import assert_agrees_with_reference
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from three_mass_loop import closed_loop, response
@@ -223,15 +223,7 @@ def archive(fmus, tmp_path_factory) -> Path:
 
 
 def test_the_system_agrees_with_its_reference(archive):
-    loaded = load_ssp(archive)
-    assert (loaded.structure.stop_time, loaded.structure.step_size) == (12.0, 0.005)
-    results = loaded.system.simulate(12.0, 0.005)
-    with open(FOLDER / "reference.csv", newline="", encoding="utf-8") as stream:
-        header, *rows = csv.reader(stream)
-    expected = np.array(rows, float).T
-    assert expected.shape == (6, 481)
-    for name, column in zip(header, expected, strict=True):
-        np.testing.assert_allclose(results[name][::5], column, rtol=1e-11, atol=1e-11)
+    assert_agrees_with_reference(archive, (12.0, 0.005), 1e-11)
 
 
 @pytest.mark.parametrize(

@@ -7,13 +7,13 @@ profile and carrier, S = sum over the switches of +-exp(-p t), p = -zeta wn + j 
 from __future__ import annotations
 
 import cmath
-import csv
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 from other_masters import Job, run_jobs
+from reference_runs import assert_agrees_with_reference
 from test_native_interoperability import PACKAGES, require
 from typer.testing import CliRunner
 
@@ -202,19 +202,11 @@ def test_the_command_prints_and_writes_it_all(study, tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def archive(fmus, tmp_path_factory) -> Path:
-    return pack_ssp(FOLDER, fmus, tmp_path_factory.mktemp("pwm") / "pwm.ssp")
+    return pack_ssp(FOLDER, fmus, tmp_path_factory.mktemp("pwm") / "pwm_mass_spring.ssp")
 
 
 def test_the_system_agrees_with_its_reference(archive):
-    loaded = load_ssp(archive)
-    assert (loaded.structure.stop_time, loaded.structure.step_size) == (0.5, 0.001)
-    results = loaded.system.simulate(0.5, 0.001)
-    with open(FOLDER / "reference.csv", newline="", encoding="utf-8") as stream:
-        header, *rows = csv.reader(stream)
-    expected = np.array(rows, float).T
-    assert expected.shape == (5, 501)
-    for name, column in zip(header, expected, strict=True):
-        np.testing.assert_allclose(results[name], column, rtol=1e-11, atol=1e-13)  # 12 digits
+    assert_agrees_with_reference(archive, (0.5, 0.001), 1e-12)
 
 
 @pytest.mark.parametrize("master", PACKAGES)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import itertools
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+from reference_runs import assert_agrees_with_reference
 from scipy.integrate import quad, solve_ivp
 
 from shaper_fmu.report.figures import Figure, Map
@@ -16,7 +16,7 @@ from shaper_fmu.report.page import Table
 from shaper_fmu.reproduce import two_part
 from shaper_fmu.reproduce.two_part_study import ERRORS, MAP_DAMPINGS, MAP_RATIOS, RATIOS, Study, run_study
 from shaper_fmu.ssp.archive import load_ssp, pack_ssp
-from shaper_fmu.ssp.parameter_sets import apply_parameter_set, parameter_set_problems
+from shaper_fmu.ssp.parameter_sets import apply_parameter_set
 
 FOLDER = Path(__file__).parents[1] / "ssp" / "two_part_pendulum"
 W, ZETA, T, L, G = 5.5045, 0.08, 0.9703, 0.09, 9.81
@@ -173,17 +173,8 @@ def archive(fmus, tmp_path) -> Path:
 
 def test_the_ssp_system_agrees_with_its_reference(archive):
     """To the tolerance of the plant's integration, gathered over the run: other mathematics libraries divide it otherwise."""
-    loaded = load_ssp(archive)
-    assert parameter_set_problems(loaded) == []
-    with (FOLDER / "reference.csv").open() as file:
-        rows = list(csv.reader(file))
-    values = np.array(rows[1:], dtype=float)
-    assert (loaded.structure.stop_time, loaded.structure.step_size) == (3.0, 0.001)
-    results = loaded.system.simulate(3.0, 0.001, record=rows[0][1:])
-    assert results.time[::5] == pytest.approx(values[:, 0], abs=1e-12)
-    for i, name in enumerate(rows[0][1:], 1):
-        assert results[name][::5] == pytest.approx(values[:, i], abs=1e-8)
-    assert values[-1, 1] == pytest.approx(0.09, abs=1e-8)
+    values = list(assert_agrees_with_reference(archive, (3.0, 0.001), 1e-8).values())
+    assert values[1][-1] == pytest.approx(0.09, abs=1e-8)
 
 
 def test_the_ssp_systems_parameter_sets_leave_what_the_readme_says(archive):

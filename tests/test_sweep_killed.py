@@ -74,3 +74,22 @@ def test_two_sweeps_on_one_store_are_refused_and_a_reader_is_not(tmp_path):
         run_study(study, tmp_path / "s.sqlite")
     with Store(tmp_path / "s.sqlite", study, {}), Store(tmp_path / "s.sqlite") as reader:
         assert reader.counts() == {"planned": 3}
+
+
+def test_many_runs_take_flat_memory(tmp_path, capsys):
+    """100,000 short runs by two workers: the parent's peak, of which Python and its libraries are most. A list of them would show."""
+    fmu = build_harmful(tmp_path)
+    harmful_study(tmp_path, fmu, ["none"])
+    text = (tmp_path / "study.toml").read_text().split("[plan]")[0].replace("stop_time = 1.0", "stop_time = 0.02")
+    vary = '[vary."x.command"]\nnominal = 1.0\nlow = 1.0\nhigh = 2.0\npoints = 100000\n'
+    (tmp_path / "study.toml").write_text(f'{text}{vary}[metrics.peak]\nkind = "peak"\noutput = "x.sum"\n')
+    peak = "import resource; print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    command = [sys.executable, "-c", SWEEP + peak, str(tmp_path / "study.toml"), str(tmp_path / "s.sqlite"), "2"]
+    kilobytes = int(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    with Store(tmp_path / "s.sqlite") as store:
+        assert store.counts() == {"done": 100_000}
+        last = next(iter(run for run in store.iterate() if run.id == 99_999))
+    assert last.metrics["peak"] == pytest.approx(0.02 * 2.0, rel=1e-9)
+    with capsys.disabled():
+        print(f"\n100,000 runs: the parent's peak is {kilobytes / 1024:.0f} MB")
+    assert kilobytes < 500 * 1024
