@@ -36,10 +36,20 @@ def check_your_own_component(said: str) -> None:
     assert float(levels[1]) == pytest.approx(0.5 * (1.0 - math.exp(-2.5)), abs=1e-14)
 
 
+def check_robustness_sweep(said: str) -> None:
+    """Undamped, V = |cos(pi r / 2)| for ZV and its square for ZVD (Singer and Seering 1990): 5 % over 4/pi asin(0.05) and
+    4/pi asin(sqrt(0.05)) in r. The runs' peaks are between steps of 1 ms: (w h)^2 / 8 < 4e-5, relative."""
+    for kind, share in (("zv", 0.05), ("zvd", math.sqrt(0.05))):
+        widths = re.search(rf"^{kind} +insensitivity ([\d.]+) by \d+ runs, ([\d.]+) by the formula", said, re.MULTILINE)
+        assert widths is not None
+        assert [float(width) for width in widths.groups()] == pytest.approx([4.0 / math.pi * math.asin(share)] * 2, abs=2e-5)
+
+
 CHECKS = {
     "01_shaped_step": check_shaped_step,
     "02_order_of_convergence": check_order_of_convergence,
     "03_your_own_component": check_your_own_component,
+    "04_robustness_sweep": check_robustness_sweep,
 }
 
 

@@ -85,14 +85,15 @@ def test_all_problems_are_told_at_once(loaded, tmp_path):
     assert len(found.value.problems) == 2
 
 
-def test_a_missing_set_names_the_nearest(loaded, fmus, tmp_path):
+def test_a_missing_set_names_the_nearest(loaded, archive, tmp_path):
     with pytest.raises(
         ArchiveError, match=r"shrot: there is no such file, and the archive has none of that name. Did you mean 'short'\?"
     ):
         apply_parameter_set(loaded, "shrot")
-    crane = load_ssp(pack_ssp(FOLDER.parent / "overhead_crane", fmus, tmp_path / "crane.ssp"))
+    files = read_archive(archive.read_bytes(), archive.name)
+    without = {name: content for name, content in files.items() if not name.startswith("parameter_sets/")}
     with pytest.raises(ArchiveError, match="the archive has no parameter sets"):
-        apply_parameter_set(crane, "short")
+        apply_parameter_set(load_ssp(write_archive(tmp_path / "without.ssp", without)), "short")
 
 
 def test_a_file_that_is_no_set_is_refused(loaded, tmp_path):

@@ -33,7 +33,7 @@ def test_the_crane_equals_the_same_system_built_in_python(fmus, tmp_path):
     assert (loaded.structure.stop_time, loaded.structure.step_size) == (25.0, 0.01)
     system = System()
     system.add("profile", fmus / "MotionProfile.fmu", profile="cycloid", distance=10.0, duration=8.0)
-    system.add("shaper", fmus / "InputShaper.fmu", shaper="zvd", natural_frequency=[math.sqrt(9.81 / 8.0)], damping_ratio=[0.0])
+    system.add("shaper", fmus / "InputShaper.fmu", shaper="zv", natural_frequency=[math.sqrt(9.81 / 8.0)], damping_ratio=[0.0])
     system.add("crane", fmus / "OverheadCrane.fmu", initial_rope_length=8.0, damping_ratio=0.0, hoist_speed=0.0)
     system.connect("profile.acceleration", "shaper.command")
     system.connect("shaper.shaped_mean", "crane.trolley_acceleration")
@@ -68,8 +68,8 @@ SSD = "SystemStructure.ssd"
 @pytest.mark.parametrize(
     ("file", "old", "new", "words"),
     [
-        (SSD, 'endConnector="command"', 'endConnector="comand"', r"line 36: shaper.comand: .*Did you mean 'command'\?"),
-        (SSD, 'startElement="profile"', 'startElement="prfile"', r"line 36: .*no instance 'prfile'. Did you mean 'profile'\?"),
+        (SSD, 'endConnector="command"', 'endConnector="comand"', r"line 41: shaper.comand: .*Did you mean 'command'\?"),
+        (SSD, 'startElement="profile"', 'startElement="prfile"', r"line 41: .*no instance 'prfile'. Did you mean 'profile'\?"),
         (
             SSD,
             'name="acceleration" kind="output"',
@@ -86,7 +86,7 @@ SSD = "SystemStructure.ssd"
         (SSD, "resources/crane.ssv", "resources/none.ssv", "resources/none.ssv is missing in the archive"),
         (SSD, 'version="1.0" name=', 'version="2.0" name=', "not an SSP 1.0 system structure"),
         (SSD, 'stopTime="25"', 'stopTime="soon"', "stopTime = 'soon' is not a number"),
-        (SSD, ' startConnector="acceleration"', "", "line 36: Connection has no startConnector"),
+        (SSD, ' startConnector="acceleration"', "", "line 41: Connection has no startConnector"),
         (SSD, "<ssd:Elements>", "<ssd:Elements><ssd:System name='inner'/>", "nested systems are not supported yet"),
         (SSD, "<ssd:Elements>", "<ssd:ParameterBindings/><ssd:Elements>", "parameter bindings of the system are not supported yet"),
         (
@@ -99,7 +99,12 @@ SSD = "SystemStructure.ssd"
         ("resources/crane.ssv", 'value="8"', 'value="eight"', "initial_rope_length = 'eight' is not of type Real"),
         ("resources/crane.ssv", 'value="8"', 'value="8" unit="mm"', "initial_rope_length is given in mm, but the FMU's unit is m"),
         ("resources/crane.ssv", '<ssv:Real value="8"/>', "", "line 4: parameter 'initial_rope_length' needs one element"),
-        ("resources/shaper.ssv", 'value="zvd"', 'value="zvvd"', r"'zvvd' is no shaper. Did you mean 'zvd'\?"),
+        (
+            "resources/shaper.ssv",
+            "</ssv:Parameters>",
+            '<ssv:Parameter name="shaper"><ssv:Enumeration value="zvvd"/></ssv:Parameter></ssv:Parameters>',
+            r"'zvvd' is no shaper. Did you mean 'zvd'\?",
+        ),
     ],
 )
 def test_wrong_systems_are_refused_in_words(crane_files, tmp_path, file, old, new, words):
