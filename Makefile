@@ -16,7 +16,7 @@ help:  ## Show the targets
 $(READY): pyproject.toml
 	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; v >= (3, 11) or sys.exit("Python 3.11 or newer is needed, $(PYTHON) is %d.%d; give another one: make PYTHON=python3.12 ..." % v)'
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) >/dev/null 2>&1 || { rm -rf $(VENV); $(PYTHON) -m venv --without-pip $(VENV); }
-	@echo "installing into $(VENV)"; $(PIP) install --quiet --editable '.[native,report,xarray,interop,test,dev]'
+	@echo "installing into $(VENV)"; $(PIP) install --quiet --editable '.[native,report,xarray,parquet,dask,interop,test,dev]'
 	@touch $@
 
 demo: $(READY)  ## Build the FMUs, run and sweep the crane, write the reports

@@ -44,13 +44,15 @@ class Row:
         return {"ours": self.ours, "peer": self.peer, "unit": "us", "ratio": self.ratio}
 
 
-def compared(name: str, turns: Callable[[], Sequence[Measured]], tolerance: float, needed: float = 0.0) -> Row:
+def compared(
+    name: str, turns: Callable[[], Sequence[Measured]], tolerance: float, needed: float = 0.0, repetitions: int = REPETITIONS
+) -> Row:
     """Medians over repetitions of `turns`, which measures ours and the peer in turn.
 
     Ends the program if their results differ by more than `tolerance` (absolute below 1, relative above).
     """
     runs = []
-    for _ in range(REPETITIONS):
+    for _ in range(repetitions):
         ours, peer = turns()
         for a, b in zip(ours.results, peer.results, strict=True):
             if not abs(a - b) <= tolerance * max(1.0, abs(b)):

@@ -21,6 +21,7 @@ from native import (
 from rich import box
 from rich.console import Console
 from rich.table import Table
+from sweep import SWEEPS
 
 PAIRS = (
     loop_vs_bare_calls,
@@ -36,7 +37,7 @@ def measured(folder: Path, console: Console) -> list[Row]:
     """All rows; FMUs are built into `folder`."""
     rows = []
     with console.status("") as status:
-        for pair in (*MASTERS, *PAIRS):
+        for pair in (*MASTERS, *SWEEPS, *PAIRS):
             status.update(pair.__name__)
             rows.append(pair(folder))
         status.update(native_set_step_get.__name__)

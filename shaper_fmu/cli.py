@@ -13,7 +13,9 @@ from rich.table import Table
 from shaper_fmu import __version__
 from shaper_fmu.cli_build import build
 from shaper_fmu.cli_design import design
-from shaper_fmu.console import err, out, show
+from shaper_fmu.cli_reproduce import reproduce
+from shaper_fmu.cli_sweep import export_store, report_store, sweep
+from shaper_fmu.console import err, out
 from shaper_fmu.errors import ModelError, ShaperFmuError
 from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.progress import progress
@@ -61,6 +63,10 @@ def list_components(
 
 app.command("build")(build)
 app.command("design")(design)
+app.command("reproduce")(reproduce)
+app.command("sweep")(sweep)
+app.command("report")(report_store)
+app.command("export")(export_store)
 
 
 @app.command()
@@ -78,10 +84,12 @@ def check(files: Annotated[list[Path], typer.Argument(help="FMUs (.fmu) and SSP 
 def _problems(file: Path) -> list[str]:
     from shaper_fmu.master.fmu import fmu_problems
     from shaper_fmu.ssp.archive import load_ssp
+    from shaper_fmu.ssp.parameter_sets import parameter_set_problems
 
     try:
         if file.suffix == ".ssp":
-            return load_ssp(file).system.check()
+            loaded = load_ssp(file)
+            return loaded.system.check() + parameter_set_problems(loaded)
         return fmu_problems(file)
     except ModelError as error:
         return error.problems
@@ -92,6 +100,10 @@ def _problems(file: Path) -> list[str]:
 @app.command()
 def run(
     system: Annotated[Path, typer.Argument(help="SSP archive (.ssp).")],
+    parameter_sets: Annotated[
+        list[str] | None,
+        typer.Option("--parameter-set", help="Parameter set: a file (.ssv), or the name of one in the archive; may be repeated."),
+    ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", help="Start value, for example plant.mass=2; may be repeated.")
     ] = None,
@@ -109,8 +121,11 @@ def run(
     from shaper_fmu.report.page import write_report
     from shaper_fmu.report.run_report import run_blocks
     from shaper_fmu.ssp.archive import load_ssp
+    from shaper_fmu.ssp.parameter_sets import apply_parameter_set
 
     loaded = load_ssp(system)
+    for which in parameter_sets or []:
+        apply_parameter_set(loaded, which)
     for setting in settings or []:
         name, equals, value = setting.partition("=")
         if not equals:
@@ -146,61 +161,6 @@ def run(
     if report:
         for path in write_report(report, f"Run of {loaded.system.name}", run_blocks(results)):
             out.print(f"wrote {path}")
-
-
-@app.command()
-def sweep(
-    study: Annotated[Path, typer.Argument(help="Study file (.toml).")],
-    store: Annotated[Path | None, typer.Option(help="Store of the results. Default: results/<study's folder>.sqlite.")] = None,
-) -> None:
-    """Run what a study plans and its store does not hold yet; print the robustness table."""
-    from shaper_fmu.sweep.engine import run_study
-    from shaper_fmu.sweep.study import read_study
-
-    planned = read_study(study)
-    target = store or Path("results") / f"{study.resolve().parent.name}.sqlite"
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with progress(f"sweeping {planned.name}", err) as update:
-        runs = run_study(planned, target, update)
-    _print_tables(target)
-    failed = [run for run in runs if run.status == "failed"]
-    out.print(f"{len(runs) - len(failed)} of {len(runs)} runs done, in {target}")
-    for run in failed[:10]:
-        err.print(f"run {run.id} ({run.compared}, {run.varied}) failed: {run.reason}")
-    if failed:
-        raise typer.Exit(1)
-
-
-def _print_tables(store: Path) -> None:
-    from shaper_fmu.report.sweep_report import robustness_table
-    from shaper_fmu.sweep.engine import load_stored_system
-    from shaper_fmu.sweep.store import Store
-
-    with Store(store) as opened:
-        study, runs = opened.study(), opened.runs()
-        system = load_stored_system(opened).system
-    for varied in study.vary:
-        for metric in study.metrics:
-            show(robustness_table(study, runs, system, metric, varied))
-
-
-@app.command("report")
-def report_store(
-    store: Annotated[Path, typer.Argument(help="Store of a sweep (.sqlite).")],
-    output: Annotated[Path, typer.Option(help="Page to write; pictures are put beside it.")] = Path("report.html"),
-) -> None:
-    """Write the report of a sweep: one self-contained page, and a picture of each figure."""
-    from shaper_fmu.report.page import write_report
-    from shaper_fmu.report.sweep_report import sweep_blocks
-    from shaper_fmu.sweep.engine import load_stored_system
-    from shaper_fmu.sweep.store import Store
-
-    with Store(store) as opened:
-        study, runs, provenance = opened.study(), opened.runs(), opened.provenance()
-        system = load_stored_system(opened).system
-    blocks = sweep_blocks(study, runs, system, provenance)
-    for path in write_report(output, study.name, blocks):
-        out.print(f"wrote {path}")
 
 
 def main() -> None:

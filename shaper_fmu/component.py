@@ -279,7 +279,7 @@ class Component:
     def _run(self, time: float, kernel: Any, *arguments: float) -> None:
         try:
             status = kernel(*arguments)
-        except ArithmeticError as error:
+        except (ArithmeticError, ValueError) as error:  # math says "domain error" where C gives NaN
             raise ComponentError(f"{type(self).__name__}: {error} at t = {time:.15g} s") from error
         if status:
             raise ComponentError(f"{type(self).__name__}: {self.explain(status)} (t = {time:.15g} s)")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -10,6 +11,12 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 Update = Callable[[float, float], None]
 """Called with what is done and the whole."""
+
+RunsUpdate = Callable[[int, int, int], None]
+"""Called with the numbers of runs that are done, that have failed, and of all."""
+
+_LINE_AFTER = 5.0
+"""A piped sweep says how far it is when this time has passed [s]."""
 
 
 @contextmanager
@@ -30,3 +37,58 @@ def progress(what: str, console: Console) -> Iterator[Update]:
                 console.print(f"{what}: {done:g} of {total:g}")
 
         yield say
+
+
+@contextmanager
+def runs_progress(what: str, console: Console) -> Iterator[RunsUpdate]:
+    """A function to call with (done, failed, total); shows `what`, the rate since its first call, and the time left."""
+    pace = _Pace()
+    if console.is_terminal:
+        columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[words]}")
+        with Progress(*columns, console=console, transient=True) as bar:
+            task = bar.add_task(what, total=None, words="")
+
+            def show(done: int, failed: int, total: int) -> None:
+                bar.update(task, completed=done + failed, total=total, words=pace.words(done, failed, total))
+
+            yield show
+    else:
+        last, latest = [float("-inf")], [(-1, -1, -1)]
+
+        def say(done: int, failed: int, total: int) -> None:
+            now, words = time.monotonic(), pace.words(done, failed, total)
+            ended = done + failed == total
+            if (ended or now - last[0] >= _LINE_AFTER) and (done, failed, total) != latest[0]:
+                last[0], latest[0] = now, (done, failed, total)
+                console.print(f"{what}: {done + failed} of {total}{', ' if words else ''}{words}")
+
+        yield say
+
+
+class _Pace:
+    """The rate of a sweep and the time that it still takes, from what was there at the first call."""
+
+    def __init__(self) -> None:
+        self._first: tuple[float, int] | None = None
+
+    def words(self, done: int, failed: int, total: int) -> str:
+        """Failed runs, rate and time left, as far as they are known."""
+        now, ended = time.monotonic(), done + failed
+        if self._first is None:
+            self._first = now, ended
+        begin, before = self._first
+        said = [f"{failed} failed"] if failed else []
+        if ended > before and now > begin:
+            rate = (ended - before) / (now - begin)
+            said.append(f"{rate:.3g}/s" if rate < 1000.0 else f"{rate:.0f}/s")
+            if ended < total:
+                said.append(f"{_duration((total - ended) / rate)} left")
+        return ", ".join(said)
+
+
+def _duration(seconds: float) -> str:
+    """Hours, minutes and seconds, as 1:02:03 or 2:03."""
+    whole = round(seconds)
+    hours, rest = divmod(whole, 3600)
+    minutes, left = divmod(rest, 60)
+    return f"{hours}:{minutes:02d}:{left:02d}" if hours else f"{minutes}:{left:02d}"

@@ -42,6 +42,13 @@ def test_step_response_is_exact_at_any_communication_step(step):
     assert plant.acceleration == pytest.approx((3.0 - plant.velocity - 50.0 * plant.position) / 2.0, abs=1e-12)
 
 
+def test_a_step_beyond_all_numbers_is_an_error_in_words():
+    plant = MassSpringDamper()
+    plant.initialize()
+    with pytest.raises(ComponentError, match="MassSpringDamper: "):
+        plant.do_step(0.0, 1e308)
+
+
 def crane_reference(acceleration, hoist, duration, length=4.0, zeta=0.03, g=9.81):
     """The crane's equations of motion by scipy's DOP853 at tolerances of 1e-13."""
     w = math.sqrt(g / length)

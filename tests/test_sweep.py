@@ -121,6 +121,7 @@ def test_what_is_no_store_is_refused(tmp_path):
         ("low = 6.4", "low = -6.4\nspacing = 'log'", r"vary.crane.initial_rope_length: log spacing needs 0 < low < high"),
         ("reference =", "time_limit = -1.0\nreference =", "time_limit = -1.0 must be positive"),
         ("[metrics.peak_swing]", "[metrics.'peak-swing']", "a metric's name has letters"),
+        ("[metrics.peak_swing]", "[metrics.seconds]", "metric 'seconds': this name is a column of the store's own"),
         ("[compare]", "[refine]\nmetric = 'peek_swing'\nlevel = 0.05\nwidth = 1.0\n[compare]", "Did you mean 'peak_swing'"),
         ("points = 3", "points = 1", "at least 2 points"),
         ("step = 0.02", 'step = "small"', "Expected `float`, got `str`"),

@@ -121,9 +121,9 @@ def test_parquet_without_its_package_is_an_error_that_tells_what_to_do(swept, tm
 
 
 def test_memory_does_not_grow_with_the_runs(tmp_path):
-    """The store gives pages of 10 000 runs: 30 000 need no more than 12 000."""
+    """The store gives pages of 10 000 runs: 36 000 need no more than 20 000."""
     peaks = []
-    for points in (6_000, 15_000):
+    for points in (10_000, 18_000):
         study = study_in(
             tmp_path, STUDY.replace("points = 3", f"points = {points}").replace('values = ["zv", "zvd"]', 'values = ["zv"]')
         )

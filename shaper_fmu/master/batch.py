@@ -29,6 +29,7 @@ _MOST = 1 << 18
 """Macro steps until Python can be interrupted."""
 
 _ENDLESS = 1 << 62
+_FIELDS = of.METRIC.names or ()
 
 
 @dataclass(frozen=True)
@@ -91,11 +92,11 @@ class Batch:
         self.notes = treatment.notes
         self._places = np.array(program.start_places(), np.intp)
         self._base = np.array([float(value) for value in self._ports.values()])
-        self._index = {port: i for i, port in enumerate(self._ports)}
+        self._place_of = {".".join(port): place for port, place in zip(self._ports, self._places.tolist(), strict=True)}
         self._in_event_mode = any(instance.event_mode for instance in self.instances.values())
         fresh, used = np.zeros(1, of.CONTROL), np.zeros(1, of.CONTROL)
         self._fill(fresh.view(np.recarray)[0], treatment.exact)
-        self._control = used.view(np.recarray)[0]
+        self._control, self._control_address = used.view(np.recarray)[0], used.ctypes.data
         self._fresh_bytes, self._bytes = fresh.view(np.uint8), used.view(np.uint8)
 
     def _fill(self, control: Any, exact: bool) -> None:
@@ -145,15 +146,16 @@ class Batch:
         bus = self._program.layout.bus
         bus[self._places] = self._base
         for name, value in values.items():
-            bus[self._places[self._index[self.system.split(name)]]] = value
+            bus[self._place_of[name]] = value
         control, address = self._control, self._program.address
-        code = whole_run(address, control, self._in_event_mode, _MOST)
+        code = whole_run(address, self._control_address, self._in_event_mode, _MOST)
         while code == compiled.GOING_ON:
             code = compiled.run(address, control, _MOST)
         if code == compiled.FAULT:
             raise fault_error(self._program, self.instances, control, None)
-        rows, found = self._program.layout.metrics, {}
-        for (name, metric), row in zip(self._metrics.items(), rows, strict=True):
+        found = {}
+        for (name, metric), numbers in zip(self._metrics.items(), self._program.layout.metrics.tolist(), strict=True):
+            row = dict(zip(_FIELDS, numbers, strict=True))
             problem = metric.problem(row)
             if problem:
                 raise SimulationError(f"metric {name}: {problem}")

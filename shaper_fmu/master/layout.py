@@ -106,11 +106,12 @@ _SOURCES = ("layout", "calls", "transfers", "execution", "event_loop", "compiled
 
 
 def _sources_digest() -> str:
-    """Stands for the loop's sources. As the name of a field of CONTROL it is part of every function's signature, so that numba,
-    which looks at one file at a time, never takes a function from its cache that was compiled with another version of them."""
     texts = [Path(__file__).with_name(f"{name}.py").read_bytes() for name in _SOURCES]
     return hashlib.sha256(b"\0".join(texts)).hexdigest()[:16]
 
+
+SOURCES_DIGEST = _sources_digest()
+"""Stands for the loop's sources; see transfers.entry."""
 
 GUARD = np.dtype([("first", "i4"), ("count", "i4"), ("skip", "i4"), ("due", "i4"), ("open", "i4")], align=True)
 """Of the operations after it in a program: its causes, how many operations it guards, whether one is due, whether they are done."""
@@ -154,7 +155,6 @@ CONTROL = np.dtype(
         ("fault_where", "i4"),  # the instance, or the transfer
         ("fault_element", "i4"),
         ("fault_time", "f8"),
-        (f"sources_{_sources_digest()}", "i8"),
     ],
     align=True,
 )

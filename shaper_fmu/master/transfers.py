@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numba
 import numpy as np
@@ -35,6 +37,18 @@ from shaper_fmu.master.calls import (
 
 compiled = numba.njit(cache=True, nogil=True, error_model="numpy")
 inlined = numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=True)  # a system is many arguments
+
+
+def entry(function: Callable[..., Any]) -> Any:
+    """A compiled function that Python calls.
+
+    Its name in numba's cache tells the sources of the whole loop: numba looks at one file at a time, and would take a function
+    that was compiled with another version of the others.
+    """
+    function.__qualname__ += f"_{of.SOURCES_DIGEST}"
+    return compiled(function)
+
+
 _LARGEST_F4 = 3.4028234663852886e38
 _ELEMENT_SIZE = np.uintp(of.ELEMENT.itemsize)
 

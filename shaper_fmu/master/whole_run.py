@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from shaper_fmu.master import layout as of
-from shaper_fmu.master.calls import fmi2_setup, fmi3_enter_initialization, simple_call
+from shaper_fmu.master.calls import fmi2_setup, fmi3_enter_initialization, pointer_to, simple_call
 from shaper_fmu.master.compiled import FAULT, begin, first_row, initialize, run
 from shaper_fmu.master.execution import execute, opened
-from shaper_fmu.master.transfers import compiled, judge
+from shaper_fmu.master.transfers import compiled, entry, judge
 
 _RESET, _SETUP, _ENTER, _EXIT = 5, 6, 7, 8  # as faults.py counts the functions
 
@@ -68,9 +69,13 @@ def _enter_initialization(instance, control, number):
     return judge(control, status, -1 - number, control.start, _ENTER)
 
 
-@compiled
-def whole_run(address, control, in_event_mode, most):
-    """A run from its start on, for up to `most` macro steps; answers as `run` does."""
+@entry
+def whole_run(address, control_address, in_event_mode, most):
+    """A run from its start on, for up to `most` macro steps; answers as `run` does.
+
+    It is given the address of the control, since numba takes microseconds to look at a record that Python gives it.
+    """
+    control = carray(pointer_to(np.uintp(control_address)), 1, of.CONTROL)[0]  # pyright: ignore[reportCallIssue, reportIndexIssue]
     if not start_again(address, control, in_event_mode):
         return FAULT
     first_row(address, control)

@@ -57,9 +57,7 @@ class Figure:
 
     def symbols(self) -> list[str]:
         """Symbol of each line's points: circles, and different ones where no line joins them."""
-        return [
-            "circle" if line.joined else SYMBOLS[n % len(SYMBOLS)] for n, line in zip(self._numbers(), self.lines, strict=True)
-        ]
+        return ["circle" if line.joined else SYMBOLS[n % len(SYMBOLS)] for n, line in zip(self._numbers(), self.lines, strict=True)]
 
     def _numbers(self) -> list[int]:
         return [i if line.style is None else line.style for i, line in enumerate(self.lines)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,6 +40,9 @@ class Heading:
 
 Block = Heading | Text | Table | Figure | Map
 
+Progress = Callable[[float, float], None]
+"""Called now and then with what is done, and of how much."""
+
 _PAGE = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string("""\
 <!DOCTYPE html>
 <html lang="en">
@@ -59,7 +62,8 @@ th:first-child, td:first-child { text-align: left; }
 .words th, .words td { text-align: left; vertical-align: top; }
 thead th { border-bottom: 2px solid #555; }
 h3 { font-size: 1.05rem; margin: 1.5rem 0 0.3rem; }
-td, th { overflow-wrap: anywhere; }
+td, th { overflow-wrap: break-word; max-width: 40rem; }
+.words td { overflow-wrap: anywhere; }
 nav ul { columns: 2; padding-left: 1.2rem; }
 .figure { margin: 1rem 0; }
 @page { size: A4; margin: 14mm; }
@@ -116,7 +120,9 @@ addEventListener("afterprint", () => fit(null));
 """)
 
 
-def write_report(path: Path | str, title: str, blocks: Sequence[Block], pictures: Sequence[str] = ("png",)) -> list[Path]:
+def write_report(
+    path: Path | str, title: str, blocks: Sequence[Block], pictures: Sequence[str] = ("png",), progress: Progress | None = None
+) -> list[Path]:
     """Write the page and pictures of each figure, <page>_<figure>.png or .svg; returns all paths, the page first.
 
     Raises ShaperFmuError when the report's extra packages are missing.
@@ -140,9 +146,11 @@ def write_report(path: Path | str, title: str, blocks: Sequence[Block], pictures
         encoding="utf-8",
     )
     os.replace(draft, path)
-    written = [path]
-    for block in blocks:
-        for kind in pictures if isinstance(block, Figure | Map) else ():
-            picture = path.with_name(f"{path.stem}_{block.key}.{kind}")
-            written.append(write_picture(block, picture) if isinstance(block, Figure) else write_map_picture(block, picture))
+    written, figures = [path], [block for block in blocks if isinstance(block, Figure | Map)]
+    for i, block in enumerate(figures):
+        files = [path.with_name(f"{path.stem}_{block.key}.{kind}") for kind in pictures]
+        (write_picture if isinstance(block, Figure) else write_map_picture)(block, *files)  # pyright: ignore[reportArgumentType]
+        written += files
+        if progress is not None:
+            progress(i + 1, len(figures))
     return written

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import textwrap
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
@@ -13,12 +15,15 @@ from matplotlib.patheffects import withStroke
 
 from shaper_fmu.report.figures import Figure, Map
 
+_TITLE = 32
+"""Letters in a line of a panel's title."""
+
 _SYMBOLS = {"circle": "o", "square": "s", "diamond": "D", "triangle-up": "^", "cross": "P"}
 _STYLES = {"solid": "-", "dash": "--", "dashdot": "-.", "dot": ":"}
 
 
-def write_picture(figure: Figure, path: Path) -> Path:
-    """Draw the figure into a file, PNG or SVG by the path's end, and return its path."""
+def write_picture(figure: Figure, *paths: Path) -> Path:
+    """Draw the figure into files, PNG or SVG by the paths' ends; returns the first path."""
     canvas = Canvas(figsize=(8.0, 4.5), layout="constrained")
     FigureCanvasAgg(canvas)
     axes = canvas.add_subplot()
@@ -27,12 +32,18 @@ def write_picture(figure: Figure, path: Path) -> Path:
             line.x, line.y, color=colour, label=_words(line.name),
             linestyle=_STYLES[dash] if line.joined else "",
             marker=_SYMBOLS[symbol] if line.markers or not line.joined else "",
-            markersize=4 if line.joined or len(line.x) > 1 else 8,
+            markersize=4 if line.joined else 8 if len(line.x) == 1 else 2.5,
         )  # fmt: skip
     for value, text in figure.levels:
         axes.axhline(value, color="#555555", linewidth=0.8, linestyle=":")
         axes.annotate(
-            _words(text), (1.0, value), xycoords=("axes fraction", "data"), ha="right", va="bottom", fontsize="small", color="#555555"
+            _words(text),
+            (1.0, value),
+            xycoords=("axes fraction", "data"),
+            ha="right",
+            va="bottom",
+            fontsize="small",
+            color="#555555",
         )
     for value, text in figure.marks:
         axes.axvline(value, color="#555555", linewidth=0.8, linestyle=":")
@@ -49,13 +60,16 @@ def write_picture(figure: Figure, path: Path) -> Path:
     if figure.log_x:
         axes.set_xscale("log")
     axes.set(title=_words(figure.title), xlabel=_words(figure.x_label), ylabel=_words(figure.y_label))
+    if axes.get_ylim()[0] > 0.0:
+        axes.set_ylim(bottom=0.0)  # as in the page
     axes.grid(True, linewidth=0.4, color="#cccccc")
-    axes.legend(framealpha=0.85, edgecolor="none")
-    return _saved(canvas, path)
+    if figure.lines:
+        axes.legend(framealpha=0.85, edgecolor="none")
+    return _save(canvas, paths)
 
 
-def write_map_picture(map_: Map, path: Path) -> Path:
-    """Draw the map into a file, PNG or SVG by the path's end, and return its path."""
+def write_map_picture(map_: Map, *paths: Path) -> Path:
+    """Draw the map into files, PNG or SVG by the paths' ends; returns the first path."""
     rows, columns = map_.grid()
     canvas = Canvas(figsize=(1.6 + 2.8 * columns, 0.6 + 2.6 * rows), layout="constrained")
     FigureCanvasAgg(canvas)
@@ -75,22 +89,26 @@ def write_map_picture(map_: Map, path: Path) -> Path:
                     label.set_path_effects([withStroke(linewidth=2.0, foreground="black")])
         for x, y in map_.points:
             axes.plot(x, y, "+", color="white", markersize=9, markeredgewidth=2.0)
-        axes.set_title(_words(name), fontsize="medium")
+        axes.set_title(_words(textwrap.fill(name, _TITLE)), fontsize="medium")
     if drawn is not None:
         canvas.colorbar(drawn, ax=panels, label=_words(map_.value_label), extend="neither" if map_.largest is None else "max")
     canvas.suptitle(_words(map_.title))
     canvas.supxlabel(_words(map_.x_label), fontsize="medium")
     canvas.supylabel(_words(map_.y_label), fontsize="medium")
-    return _saved(canvas, path)
+    return _save(canvas, paths)
 
 
-def _saved(canvas: Canvas, path: Path) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    metadata = {"Date": None} if path.suffix == ".svg" else {"Software": None}
-    with warnings.catch_warnings(), matplotlib.rc_context({"svg.hashsalt": path.stem}):  # the same file for the same figure
+def _save(canvas: Canvas, paths: Sequence[Path]) -> Path:
+    with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks is no error
-        canvas.savefig(path, dpi=150, metadata=metadata)
-    return path
+        canvas.draw_without_rendering()
+        canvas.set_layout_engine("none")  # it is laid out now, once for all files
+        for path in paths:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            metadata = {"Date": None} if path.suffix == ".svg" else {"Software": None}
+            with matplotlib.rc_context({"svg.hashsalt": path.stem}):  # the same file for the same figure
+                canvas.savefig(path, dpi=150, metadata=metadata)
+    return paths[0]
 
 
 def _words(text: str) -> str:

@@ -76,10 +76,13 @@ class Runner:
         except (SimulationError, ModelError) as error:
             metrics, reason = None, str(error)
             self.close()
+        except BaseException:
+            self.close()
+            raise
         return Outcome(task.id, metrics, reason, time.perf_counter() - begin, task.attempts + 1)
 
     def _live(self) -> Batch:
-        if self._batch is not None and not (self.reuses and self._batch.usable):
+        if not self.reuses:  # after a run that fails there is no batch
             self.close()
         if self._batch is None:
             names = dict.fromkeys(
@@ -90,10 +93,10 @@ class Runner:
 
     def _metrics(self, task: Task) -> tuple[float, ...]:
         batch = self._live()
-        varied = {name: value for name, value in zip(self.job.varied, task.values, strict=True) if not isinstance(value, str)}
-        if len(varied) < len(task.values):
-            varied = batch.values_of(dict(zip(self.job.varied, task.values, strict=True)))
-        found = batch.run({**self._cases[task.compared], **varied})
+        varied = dict(zip(self.job.varied, task.values, strict=True))
+        if str in map(type, task.values):
+            varied = batch.values_of(varied)
+        found = batch.run({**self._cases[task.compared], **varied})  # pyright: ignore[reportArgumentType]
         for name, value in found.items():
             if math.isnan(value):
                 raise SimulationError(f"metric {name} is not a number: {self.job.metrics[name].output} became NaN")

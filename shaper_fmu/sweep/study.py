@@ -18,6 +18,9 @@ from shaper_fmu.sweep.measures import Envelope, Measure, Residual
 from shaper_fmu.sweep.plan import KINDS, Points, Sampling, Value
 from shaper_fmu.sweep.variation import Vary
 
+RESERVED = ("id", "run", "case", "compared", "status", "reason", "seconds", "attempts")
+"""Names that no metric can have: columns of the store, and of what is exported."""
+
 
 class Refine(msgspec.Struct, forbid_unknown_fields=True):
     """Where a metric crosses `level` between neighbours of a grid, the interval is divided until it is shorter than `width`.
@@ -140,6 +143,8 @@ def check_study(study: Study) -> None:
     for name in study.metrics:
         if not re.fullmatch(r"[A-Za-z]\w*", name):
             raise StudyError(f"metric {name!r}: a metric's name has letters, digits and _ only, and begins with a letter")
+        if name in RESERVED:
+            raise StudyError(f"metric {name!r}: this name is a column of the store's own; reserved are {', '.join(RESERVED)}")
     check_metrics(study.master_metrics())
     if study.refine is not None:
         _check_refine(study, study.refine)
