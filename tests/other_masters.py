@@ -8,6 +8,7 @@ standard output belongs to the masters.
 from __future__ import annotations
 
 import csv
+import functools
 import json
 import os
 import subprocess
@@ -51,13 +52,12 @@ def run_jobs(master: str, jobs: dict[str, Job], folder: Path) -> dict[str, Run]:
     environment = dict(os.environ)
     if master == "ecos":
         environment["LD_LIBRARY_PATH"] = ":".join(filter(None, [str(tbb_folder()), environment.get("LD_LIBRARY_PATH", "")]))
-    log = ""
-    for _ in range(2):  # ecos has ended by a signal once in some hundred runs, which did not come back
-        done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment, cwd=folder)
-        log = f"{done.stdout}{done.stderr}"
-        if done.returncode >= 0:
-            break
-        print(f"{master} was ended by signal {-done.returncode}: {log}")
+    run = functools.partial(subprocess.run, command, capture_output=True, text=True, timeout=300, env=environment, cwd=folder)
+    done = run()
+    if done.returncode < 0:  # ecos has ended by a signal once in some hundred runs, which did not come back
+        print(f"{master} was ended by signal {-done.returncode}: {done.stdout}{done.stderr}")
+        done = run()
+    log = f"{done.stdout}{done.stderr}"
     assert done.returncode == 0, f"status {done.returncode}: {log}"
     return {name: Run(found["times"], found["rows"], log) for name, found in json.loads(answer.read_text()).items()}
 

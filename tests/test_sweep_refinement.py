@@ -10,6 +10,7 @@ import pytest
 from scipy import stats
 from sweep_cases import runs_of
 
+from shaper_fmu.analysis.vibration import Command
 from shaper_fmu.analysis.vibration import tolerated_band as formula_band
 from shaper_fmu.errors import StudyError
 from shaper_fmu.export.build import fmu_path
@@ -92,7 +93,7 @@ def test_the_sweep_finds_the_insensitivities_by_itself(tmp_path):
     counts = run_study(study, tmp_path / "s.sqlite", engine=engine_for(2))
     assert set(counts) == {"done"}
     assert counts["done"] < 6 * 12 + 20 * 3 * 6 * 2
-    commands = {kind: shaper(kind, W) for kind in ("zv", "zvd", "ei", "two_hump_ei")}
+    commands: dict[str, Command] = {kind: shaper(kind, W) for kind in ("zv", "zvd", "ei", "two_hump_ei")}
     commands["two_part"] = profile("two_part", 1.0, 0.2 * math.pi, W, 0.0)
     widths = {}
     with Store(tmp_path / "s.sqlite") as store:
