@@ -17,7 +17,7 @@ from shaper_fmu.units import parse_unit
 def test_variables_keep_the_order_of_the_file():
     names = list(MassSpringDamper.variables)
     assert names[:5] == ["left_limits", "force", "mass", "stiffness", "damping"]
-    assert names[-2:] == ["known_step", "transition"]
+    assert names[-4:] == ["known_step", "transition", "held_response", "ramp_response"]
 
 
 def test_variables_of_a_base_class_come_first():

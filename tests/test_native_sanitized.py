@@ -109,7 +109,7 @@ def test_the_thread_sanitizer_sees_a_shared_variable(tmp_path):
     )
     library = sanitized_library(components()["MassSpringDamper"], token, 2, THREAD, layer)
     gcc([*THREAD, f"-I{HOSTS}", str(HOSTS / "threads.c"), "-o", str(tmp_path / "threads"), "-ldl", "-lm", "-lpthread"])
-    command = [tmp_path / "threads", library, "2", token, "6", "0", "10"]
+    command = [tmp_path / "threads", library, "2", token, "6", "1", "0", "1", "10"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode != 0
     assert "data race" in done.stderr
