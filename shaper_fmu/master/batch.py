@@ -139,8 +139,7 @@ class Batch:
     def run(self, values: Mapping[str, float]) -> dict[str, float]:
         """The metrics of a run with these start values (scalars as numbers, see `values_of`).
 
-        Raises SimulationError as `Simulation.run` does, or for a command that has not ended; the batch can go on after it unless
-        an instance is lost for good (see `usable`).
+        Raises SimulationError as `Simulation.run` does, or for a command that has not ended; then make another batch.
         """
         self._bytes[:] = self._fresh_bytes
         bus = self._program.layout.bus
@@ -161,8 +160,3 @@ class Batch:
                 raise SimulationError(f"metric {name}: {problem}")
             found[name] = metric.value(row)
         return found
-
-    @property
-    def usable(self) -> bool:
-        """Whether another run is possible."""
-        return all(instance.usable for instance in self.instances.values())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Protocol
 
-from shaper_fmu.sweep.job import Job, Runner, run_all
+from shaper_fmu.sweep.job import Job, Runner
 from shaper_fmu.sweep.pool import Feed, Pool
 from shaper_fmu.sweep.store import Outcome
 
@@ -35,7 +35,7 @@ class Serial:
         try:
             size = 1
             while tasks := feed(size):
-                done = list(run_all(runner, tasks))
+                done = [runner.run(task) for task in tasks]
                 spent = sum(outcome.seconds for outcome in done)
                 size = max(1, min(1000, int(size * _ENTER_AFTER / max(1e-6, spent))))
                 self.reuses = runner.reuses

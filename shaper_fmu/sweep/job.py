@@ -6,11 +6,11 @@ import hashlib
 import math
 import pickle
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from shaper_fmu.errors import ModelError, ShaperFmuError, SimulationError
+from shaper_fmu.errors import ShaperFmuError, SimulationError
 from shaper_fmu.master.batch import Batch, Plan
 from shaper_fmu.master.metrics import Metric
 from shaper_fmu.master.system import System
@@ -73,8 +73,9 @@ class Runner:
             metrics, reason = self._metrics(task), None
             if self.reuses and len(self._tried) < 2:
                 metrics = self._try_reset(task, metrics)
-        except (SimulationError, ModelError) as error:
-            metrics, reason = None, str(error)
+        except Exception as error:
+            kind = "" if isinstance(error, ShaperFmuError) else f"{type(error).__name__}: "
+            metrics, reason = None, f"{kind}{error}"
             self.close()
         except BaseException:
             self.close()
@@ -119,14 +120,3 @@ def _elements(job: Job, values: Mapping[str, Value]) -> Iterator[str]:
         instance, variable = job.system.split(name)
         for element in job.system.fmus[instance].start_values({variable: value}):
             yield f"{instance}.{element}"
-
-
-def run_all(runner: Runner, tasks: Iterable[Task]) -> Iterator[Outcome]:
-    """The outcomes of tasks, one after the other. Errors that are no failed runs are failed runs, too, with their kind."""
-    for task in tasks:
-        try:
-            yield runner.run(task)
-        except ShaperFmuError:
-            raise
-        except Exception as error:
-            yield Outcome(task.id, None, f"{type(error).__name__}: {error}", 0.0, task.attempts + 1)

@@ -184,7 +184,7 @@ class Store:
         return json.loads(self._value("provenance") or "{}")
 
     def note(self, key: str, value: str) -> None:
-        """Enter something that a reader should know; see `remark`."""
+        """Enter something that a reader should know; see `remarks`."""
         with self._database:
             self._database.execute("INSERT OR REPLACE INTO study VALUES (?, ?)", (f"note {key}", value))
 

@@ -12,7 +12,6 @@ import time
 
 import msgspec
 
-from shaper_fmu.errors import ShaperFmuError
 from shaper_fmu.master.isolated_process import BEGUN, CLOSED, read_frame, send
 from shaper_fmu.sweep.job import Job, Runner
 from shaper_fmu.sweep.store import Outcome, Task
@@ -101,12 +100,7 @@ def _do(runner: Runner, tasks: list[Task], memory: mmap.mmap, channel: int) -> N
             _send(channel, done, runner)
             last, done = now, []
         memory[:] = NOW.pack(task.id, now)
-        try:
-            done.append(runner.run(task))
-        except ShaperFmuError as error:
-            done.append(Outcome(task.id, None, str(error), time.monotonic() - now, task.attempts + 1))
-        except Exception as error:
-            done.append(Outcome(task.id, None, f"{type(error).__name__}: {error}", time.monotonic() - now, task.attempts + 1))
+        done.append(runner.run(task))
     memory[:] = NOW.pack(-1, 0.0)
     _send(channel, done, runner)
 
