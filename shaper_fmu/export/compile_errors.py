@@ -72,13 +72,14 @@ def _start_of(function: FunctionType) -> tuple[str, int]:
 
 
 def _place(component: type[Component], text: str) -> tuple[str, int] | None:
-    """The first place in a file of the component's that a message names; the compiler gives paths from the current folder."""
+    """The first place in a file of the component's that a message names; the compiler gives paths from the current folder.
+
+    Return statements that do not fit together are named in an order that changes with every process: there it is the uppermost.
+    """
     files = {os.path.realpath(file): file for file in _files(component)}
-    for match in _PLACE.finditer(text):
-        file = files.get(os.path.realpath(match[1] or match[3]))
-        if file:
-            return file, int(match[2] or match[4])
-    return None
+    places = ((files.get(os.path.realpath(match[1] or match[3])), int(match[2] or match[4])) for match in _PLACE.finditer(text))
+    ours = [(file, line) for file, line in places if file]
+    return min(ours, default=None) if "unify return type" in text else next(iter(ours), None)
 
 
 def _sentence(message: str) -> str:
