@@ -46,9 +46,12 @@ class MassSpringDamper(Component):
                 self.held_response = held
                 self.ramp_response = ramp
             unbalanced = (self.force - self.stiffness * self.position) / self.mass
-            growing = self.force_slope / self.mass
             speed = self.velocity
-            self.position += self.transition[1] * speed + self.held_response * unbalanced + self.ramp_response * growing
-            self.velocity = self.transition[3] * speed + self.transition[1] * unbalanced + self.held_response * growing
-            self.force += self.force_slope * h
+            self.position += self.transition[1] * speed + self.held_response * unbalanced
+            self.velocity = self.transition[3] * speed + self.transition[1] * unbalanced
+            if self.force_slope != 0.0:
+                growing = self.force_slope / self.mass
+                self.position += self.ramp_response * growing
+                self.velocity += self.held_response * growing
+                self.force += self.force_slope * h
         self.acceleration = (self.force - self.damping * self.velocity - self.stiffness * self.position) / self.mass

@@ -47,14 +47,14 @@ def test_a_sweep_killed_at_random_moments_loses_and_repeats_nothing(workers, tmp
     """SIGKILL, each time it is started, after some more runs have been entered; then to the end."""
     fmu = build_harmful(tmp_path)
     harms = ["fail" if i % 50 == 17 else "none" for i in range(RUNS)]
-    study = harmful_study(tmp_path, fmu, harms, step=2e-6)  # a run takes some 10 ms
+    study = harmful_study(tmp_path, fmu, harms, step=1e-6)  # a run takes some 20 ms
     calm = tmp_path / "calm.sqlite"
     run_study(study, calm, engine=Serial())
     store, moments = tmp_path / "s.sqlite", random.Random(workers)
     kills = KILLS // 2
     for number in range(kills):
         before = done(store)
-        wanted = before + moments.randrange(1, max(2, 2 * (RUNS - before) // (kills - number + 1)))
+        wanted = before + moments.randrange(1, max(2, 2 * (RUNS - before) // (kills - number + 2)))
         sweep = start_sweep(tmp_path / "study.toml", store, workers)
         deadline = time.monotonic() + 60.0
         while done(store) < wanted and sweep.poll() is None and time.monotonic() < deadline:

@@ -107,14 +107,21 @@ class InputShaper(DesignWorkspace):
         return design(self)
 
     def step(self, t, h):
+        unchanged = True
         if is_retuned(self):
+            unchanged = False
             status = retune(self)
             if status:
                 return status
         if self.command != self.edge_value[self.newest % EDGES]:
+            unchanged = False
             if self.newest - self.reached[self.impulses - 1] >= EDGES - 1:
                 return HISTORY_FULL
             record_edge(self, t)
+        if unchanged and self.next_event_time > t + h + time_tolerance(self, t, h):  # most steps: all stays as it is
+            if h > 0.0:
+                self.shaped_mean = self.shaped
+            return 0
         self.moved = False
         self.shaped = 0.0
         self.next_event_time = NO_EVENT

@@ -22,14 +22,13 @@ from shaper_fmu.master.program import Program
 from shaper_fmu.master.signals import Interpolation
 from shaper_fmu.master.simulation import Simulation, number_of_steps
 from shaper_fmu.master.system import System
-from shaper_fmu.master.whole_run import whole_run
+from shaper_fmu.master.whole_run import whole_runs
 from shaper_fmu.master.wiring import Port
 
 _MOST = 1 << 18
 """Macro steps until Python can be interrupted."""
 
 _ENDLESS = 1 << 62
-_FIELDS = of.METRIC.names or ()
 
 
 @dataclass(frozen=True)
@@ -92,12 +91,12 @@ class Batch:
         self.notes = treatment.notes
         self._places = np.array(program.start_places(), np.intp)
         self._base = np.array([float(value) for value in self._ports.values()])
-        self._place_of = {".".join(port): place for port, place in zip(self._ports, self._places.tolist(), strict=True)}
+        self.columns = {".".join(port): column for column, port in enumerate(self._ports)}
+        """Where each start value stands in a row."""
         self._in_event_mode = any(instance.event_mode for instance in self.instances.values())
-        fresh, used = np.zeros(1, of.CONTROL), np.zeros(1, of.CONTROL)
-        self._fill(fresh.view(np.recarray)[0], treatment.exact)
-        self._control, self._control_address = used.view(np.recarray)[0], used.ctypes.data
-        self._fresh_bytes, self._bytes = fresh.view(np.uint8), used.view(np.uint8)
+        self._controls = np.zeros(2, of.CONTROL)  # the one in use, and a fresh one
+        self._control = self._controls.view(np.recarray)[0]
+        self._fill(self._controls.view(np.recarray)[1], treatment.exact)
 
     def _fill(self, control: Any, exact: bool) -> None:
         plan = self.plan
@@ -136,27 +135,56 @@ class Batch:
             found.update({f"{instance}.{element}": float(number) for element, number in elements.items()})
         return found
 
+    def rows(self, start_values: Sequence[Mapping[str, float]]) -> np.ndarray:
+        """Start values of runs (scalars as numbers, see `values_of`), as `run_rows` takes them: shape (runs, len(self.columns))."""
+        found = np.tile(self._base, (len(start_values), 1))
+        for row, values in zip(found, start_values, strict=True):
+            for name, value in values.items():
+                row[self.columns[name]] = value
+        return found
+
     def run(self, values: Mapping[str, float]) -> dict[str, float]:
         """The metrics of a run with these start values (scalars as numbers, see `values_of`).
 
         Raises SimulationError as `Simulation.run` does, or for a command that has not ended; then make another batch.
         """
-        self._bytes[:] = self._fresh_bytes
-        bus = self._program.layout.bus
-        bus[self._places] = self._base
-        for name, value in values.items():
-            bus[self._place_of[name]] = value
-        control, address = self._control, self._program.address
-        code = whole_run(address, self._control_address, self._in_event_mode, _MOST)
-        while code == compiled.GOING_ON:
-            code = compiled.run(address, control, _MOST)
-        if code == compiled.FAULT:
-            raise fault_error(self._program, self.instances, control, None)
-        found = {}
-        for (name, metric), numbers in zip(self._metrics.items(), self._program.layout.metrics.tolist(), strict=True):
-            row = dict(zip(_FIELDS, numbers, strict=True))
-            problem = metric.problem(row)
-            if problem:
-                raise SimulationError(f"metric {name}: {problem}")
-            found[name] = metric.value(row)
+        (found,) = self.run_rows(self.rows([values]))
+        if isinstance(found, SimulationError):
+            raise found
+        return dict(zip(self._metrics, found, strict=True))
+
+    def run_rows(
+        self, rows: np.ndarray, numbers: np.ndarray | None = None, now: int = 0
+    ) -> list[tuple[float, ...] | SimulationError]:
+        """The metrics of a run for each row of start values, or why it failed; one compiled call does them all.
+
+        A run that fails ends the list, and the batch: make another one for the rows that are left. While they are done, the
+        number of the run at work (of `numbers`, int64) is kept at the address `now`, for others that watch this process.
+        """
+        gathered = np.empty((len(rows), len(self._metrics)), of.METRIC)
+        numbers = np.arange(len(rows)) if numbers is None else numbers
+        done, failure = 0, None
+        while done < len(rows) and failure is None:
+            left = slice(done, len(rows))
+            finished, code = whole_runs(
+                self._program.address, self._controls, self._in_event_mode, _MOST, self._places, rows[left], numbers[left], now,
+                gathered[left],
+            )  # fmt: skip
+            done += finished
+            while code == compiled.GOING_ON:  # a long one: from here on it can be interrupted
+                code = compiled.run(self._program.address, self._control, _MOST)
+                if code == compiled.FINISHED:
+                    gathered[done] = self._program.layout.metrics
+                    done += 1
+            if code == compiled.FAULT:
+                failure = fault_error(self._program, self.instances, self._control, None)
+        return self._judged(gathered[:done]) + ([failure] if failure else [])
+
+    def _judged(self, gathered: np.ndarray) -> list[tuple[float, ...] | SimulationError]:
+        """The metrics of runs, or what is wrong with them."""
+        columns = [metric.values(gathered[:, i]).tolist() for i, metric in enumerate(self._metrics.values())]
+        found: list[tuple[float, ...] | SimulationError] = list(zip(*columns, strict=True)) if columns else [()] * len(gathered)
+        for i, (name, metric) in reversed(list(enumerate(self._metrics.items()))):  # the first metric's word counts
+            for run in np.flatnonzero(metric.unfinished(gathered[:, i])):
+                found[run] = SimulationError(f"metric {name}: {metric.problem(gathered[run, i])}")
         return found

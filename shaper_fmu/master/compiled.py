@@ -85,6 +85,11 @@ def _measure(metrics, bus, t):
         m = metrics[i]
         x = bus[m.place]
         anew = math.isnan(m.time)
+        unmoved = m.command < 0 or bus[m.command] == m.commanded
+        if m.kind == of.EXTREMES and m.smallest <= x <= m.largest and unmoved and not anew:  # most steps of most metrics
+            m.last = x
+            m.time = t
+            continue
         if m.command >= 0:
             command = bus[m.command]
             anew = anew or command != m.commanded

@@ -6,7 +6,7 @@ They see every macro step, and both sides of every event.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -33,44 +33,44 @@ class Metric:
         """The number that goes with it."""
         return 0.0
 
-    def value(self, row: Any) -> float:
-        """The metric from what the loop has gathered: a row of `METRIC`."""
+    def values(self, gathered: np.ndarray) -> np.ndarray:
+        """The metric of each run, shape (n,), from what the loop has gathered, shape (n,), of type `METRIC`."""
         raise NotImplementedError
 
-    def problem(self, row: Any) -> str | None:
-        """Why the value means nothing, in words, or None: a command that is measured from its end must have come to it."""
-        command = self.variables()[1]
-        if command and row["begin"] >= row["time"]:
-            return f"{command} has not come to its end by t = {row['time']:g} s; run for longer"
-        return None
+    def unfinished(self, gathered: np.ndarray) -> np.ndarray:
+        """Whether the value of each run means nothing: a command that is measured from its end must have come to it."""
+        return (gathered["begin"] >= gathered["time"]) & bool(self.variables()[1])
+
+    def problem(self, row: Any) -> str:
+        """Words for a run that is unfinished."""
+        return f"{self.variables()[1]} has not come to its end by t = {row['time']:g} s; run for longer"
 
 
 @dataclass(frozen=True)
 class Final(Metric):
     """Value at the end."""
 
-    def value(self, row: Any) -> float:
-        return float(row["last"])
+    def values(self, gathered: np.ndarray) -> np.ndarray:
+        return gathered["last"].copy()
 
 
 @dataclass(frozen=True)
 class Peak(Metric):
     """Largest magnitude."""
 
-    def value(self, row: Any) -> float:
-        return max(abs(float(row["largest"])), abs(float(row["smallest"])))
+    def values(self, gathered: np.ndarray) -> np.ndarray:
+        return np.maximum(np.abs(gathered["largest"]), np.abs(gathered["smallest"]))
 
 
 @dataclass(frozen=True)
 class Overshoot(Metric):
     """How far the output goes beyond its final value, as a share of its way from start to end; 0 if it does not move."""
 
-    def value(self, row: Any) -> float:
-        first, last = float(row["first"]), float(row["last"])
-        if first == last:
-            return 0.0
-        beyond = row["largest"] - last if last > first else last - row["smallest"]
-        return max(0.0, float(beyond) / abs(last - first))
+    def values(self, gathered: np.ndarray) -> np.ndarray:
+        first, last = gathered["first"], gathered["last"]
+        beyond = np.where(last > first, gathered["largest"] - last, last - gathered["smallest"])
+        way = np.abs(last - first)
+        return np.maximum(0.0, beyond / np.where(way == 0.0, np.inf, way))
 
 
 @dataclass(frozen=True)
@@ -85,8 +85,8 @@ class Residual(Metric):
     def variables(self) -> list[str]:
         return [self.output, self.command, ""]
 
-    def value(self, row: Any) -> float:
-        return 0.5 * (float(row["largest"]) - float(row["smallest"]))
+    def values(self, gathered: np.ndarray) -> np.ndarray:
+        return 0.5 * (gathered["largest"] - gathered["smallest"])
 
 
 @dataclass(frozen=True)
@@ -110,8 +110,8 @@ class Envelope(Metric):
     def parameter(self) -> float:
         return self.natural_frequency
 
-    def value(self, row: Any) -> float:
-        return float(row["largest"])
+    def values(self, gathered: np.ndarray) -> np.ndarray:
+        return gathered["largest"].copy()
 
 
 @dataclass(frozen=True)
@@ -126,8 +126,9 @@ class SettlingTime(Metric):
     def parameter(self) -> float:
         return self.tolerance
 
-    def value(self, row: Any) -> float:
-        return math.inf if abs(row["last"] - self.target) > self.tolerance else float(row["sum"] - row["begin"])
+    def values(self, gathered: np.ndarray) -> np.ndarray:
+        outside = np.abs(gathered["last"] - self.target) > self.tolerance
+        return np.where(outside, math.inf, gathered["sum"] - gathered["begin"])
 
 
 @dataclass(frozen=True)
@@ -136,9 +137,10 @@ class Effort(Metric):
 
     kind: ClassVar[int] = SQUARE
 
-    def value(self, row: Any) -> float:
-        span = float(row["time"] - row["begin"])
-        return math.sqrt(float(row["sum"]) / span) if span > 0.0 else abs(float(row["last"]))
+    def values(self, gathered: np.ndarray) -> np.ndarray:
+        span = gathered["time"] - gathered["begin"]
+        passed = span > 0.0
+        return np.where(passed, np.sqrt(gathered["sum"] / np.where(passed, span, 1.0)), np.abs(gathered["last"]))
 
 
 def metric_rows(metrics: Mapping[str, Metric], places: Mapping[Port, int]) -> np.ndarray:
@@ -170,9 +172,9 @@ def metric_variables(metrics: Mapping[str, Metric]) -> list[str]:
     return list(dict.fromkeys(name for metric in metrics.values() for name in metric.variables() if name))
 
 
-def metric_values(metrics: Mapping[str, Metric], rows: Iterable[Any]) -> dict[str, float]:
+def metric_values(metrics: Mapping[str, Metric], gathered: np.ndarray) -> dict[str, float]:
     """The values at the end of a run."""
-    return {name: metric.value(row) for (name, metric), row in zip(metrics.items(), rows, strict=True)}
+    return {name: float(metric.values(gathered[i : i + 1])[0]) for i, (name, metric) in enumerate(metrics.items())}
 
 
 def _port(name: str) -> Port:

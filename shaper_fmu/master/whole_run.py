@@ -1,13 +1,12 @@
-"""A whole run, compiled: reset, start values, initialization, and all steps. For batches of many short runs."""
+"""Whole runs, compiled: reset, start values, initialization, and all steps, one run after the other. For batches of short runs."""
 
 from __future__ import annotations
 
 import numpy as np
-from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from shaper_fmu.master import layout as of
-from shaper_fmu.master.calls import fmi2_setup, fmi3_enter_initialization, pointer_to, simple_call
-from shaper_fmu.master.compiled import FAULT, begin, first_row, initialize, run
+from shaper_fmu.master.calls import fmi2_setup, fmi3_enter_initialization, simple_call, write_i8
+from shaper_fmu.master.compiled import FAULT, FINISHED, begin, first_row, initialize, run
 from shaper_fmu.master.execution import execute, opened
 from shaper_fmu.master.transfers import compiled, entry, judge
 
@@ -69,14 +68,32 @@ def _enter_initialization(instance, control, number):
     return judge(control, status, -1 - number, control.start, _ENTER)
 
 
-@entry
-def whole_run(address, control_address, in_event_mode, most):
-    """A run from its start on, for up to `most` macro steps; answers as `run` does.
-
-    It is given the address of the control, since numba takes microseconds to look at a record that Python gives it.
-    """
-    control = carray(pointer_to(np.uintp(control_address)), 1, of.CONTROL)[0]  # pyright: ignore[reportCallIssue, reportIndexIssue]
+@compiled
+def _one_run(address, control, in_event_mode, most):
+    """A run from its start on, for up to `most` macro steps; answers as `run` does."""
     if not start_again(address, control, in_event_mode):
         return FAULT
     first_row(address, control)
     return run(address, control, most)
+
+
+@entry
+def whole_runs(address, controls, in_event_mode, most, places, rows, numbers, now, gathered):
+    """Runs with the start values `rows`, shape (runs, values), for `places` on the bus; what the metrics gather goes to `gathered`.
+
+    `controls` are the control in use, and a fresh one. The number of the run at work is written to the address `now`, unless that
+    is 0. Returns how many runs have finished, and FINISHED, or what `run` answered for the next one.
+    """
+    system = opened(address)
+    for i in range(rows.shape[0]):
+        if now:
+            write_i8(now, numbers[i])
+        controls[0] = controls[1]
+        for k in range(places.size):
+            system.bus[places[k]] = rows[i, k]
+        code = _one_run(address, controls[0], in_event_mode, most)
+        if code != FINISHED:
+            return i, code
+        for k in range(system.metrics.size):
+            gathered[i, k] = system.metrics[k]
+    return rows.shape[0], FINISHED

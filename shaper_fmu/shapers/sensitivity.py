@@ -7,6 +7,7 @@ import math
 _HIGHEST_RATIO = 10.0
 _SCAN_STEP = 0.005
 _RIPPLE_SHARE = 0.5  # V changes over frequency ratios of 2 pi / (w T): no faster than a scan in steps of 0.5 / (w T) sees
+_ROUNDING = 3e-16  # of V
 _TOUCHING = 1.0 + 1e-9  # a maximum that touches the tolerance, as an EI shaper's does, is no crossing
 
 
@@ -29,7 +30,7 @@ def residual_vibration(amplitude, delay, count: int, natural_frequency: float, d
 def insensitivity(amplitude, delay, count: int, natural_frequency: float, damping_ratio: float, tolerance: float) -> float:
     """Width of the band of w / natural_frequency around 1 with V <= tolerance; 0 if V exceeds it at 1.
 
-    The nearest crossing on each side is bracketed by a scan and bisected to the last bit; the band ends at 0 and 10.
+    The nearest crossing on each side is bracketed by a scan and found to V's rounding; the band ends at 0 and 10.
     """
     if residual_vibration(amplitude, delay, count, natural_frequency, damping_ratio) > _TOUCHING * tolerance:
         return 0.0
@@ -42,17 +43,35 @@ def insensitivity(amplitude, delay, count: int, natural_frequency: float, dampin
 def _crossing(amplitude, delay, count: int, natural_frequency: float, damping_ratio: float, tolerance: float, step: float) -> float:
     inside = 1.0
     outside = 1.0 + step
-    while residual_vibration(amplitude, delay, count, outside * natural_frequency, damping_ratio) <= _TOUCHING * tolerance:
-        inside = outside
+    below = _excess(amplitude, delay, count, natural_frequency, damping_ratio, tolerance, inside)
+    above = _excess(amplitude, delay, count, natural_frequency, damping_ratio, tolerance, outside)
+    while above <= (_TOUCHING - 1.0) * tolerance:
+        inside, below = outside, above
         outside += step
         if outside <= 0.0:
             return 0.0
         if outside >= _HIGHEST_RATIO:
             return _HIGHEST_RATIO
-    for _ in range(60):
-        middle = 0.5 * (inside + outside)
-        if residual_vibration(amplitude, delay, count, middle * natural_frequency, damping_ratio) <= tolerance:
-            inside = middle
+        above = _excess(amplitude, delay, count, natural_frequency, damping_ratio, tolerance, outside)
+    side = 0
+    middle = outside
+    for _ in range(60):  # the secant's zero, which the Illinois rule keeps from creeping from one side
+        share = below / (below - above) if below < 0.0 < above else 0.5
+        middle = inside + share * (outside - inside)
+        excess = _excess(amplitude, delay, count, natural_frequency, damping_ratio, tolerance, middle)
+        if abs(excess) <= _ROUNDING:
+            return middle
+        if excess <= 0.0:
+            inside, below = middle, excess
+            above *= 0.5 if side < 0 else 1.0
+            side = -1
         else:
-            outside = middle
-    return 0.5 * (inside + outside)
+            outside, above = middle, excess
+            below *= 0.5 if side > 0 else 1.0
+            side = 1
+    return middle
+
+
+def _excess(amplitude, delay, count: int, natural_frequency: float, damping_ratio: float, tolerance: float, ratio: float) -> float:
+    """V - tolerance at this frequency ratio."""
+    return residual_vibration(amplitude, delay, count, ratio * natural_frequency, damping_ratio) - tolerance

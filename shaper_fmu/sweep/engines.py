@@ -35,7 +35,7 @@ class Serial:
         try:
             size = 1
             while tasks := feed(size):
-                done = [runner.run(task) for task in tasks]
+                done = [outcome for group in runner.outcomes(tasks) for outcome in group]
                 spent = sum(outcome.seconds for outcome in done)
                 size = max(1, min(1000, int(size * _ENTER_AFTER / max(1e-6, spent))))
                 self.reuses = runner.reuses

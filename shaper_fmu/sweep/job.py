@@ -6,9 +6,11 @@ import hashlib
 import math
 import pickle
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+
+import numpy as np
 
 from shaper_fmu.errors import ShaperFmuError, SimulationError
 from shaper_fmu.master.batch import Batch, Plan
@@ -16,6 +18,10 @@ from shaper_fmu.master.metrics import Metric
 from shaper_fmu.master.system import System
 from shaper_fmu.sweep.plan import Value
 from shaper_fmu.sweep.store import Outcome, Task
+
+_GROUP_SECONDS = 0.02
+_LARGEST_GROUP = 1000
+"""Short runs are done by the group: so many that Python's share is small, so few that Ctrl-C is heard at once."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +62,12 @@ class Runner:
         self._batch: Batch | None = None
         self._tried: list[tuple[Task, tuple[float, ...]]] = []
         self._cases = {}
+        self._seconds = 1.0
         batch = self._live()
         for name, values in job.cases.items():
             self._cases[name] = batch.values_of(values)
+        self._case_rows = dict(zip(self._cases, batch.rows(list(self._cases.values())), strict=True))
+        self._varied_columns = [batch.columns[name] for name in job.varied]
 
     def close(self) -> None:
         """Free the instances."""
@@ -66,21 +75,42 @@ class Runner:
             self._batch.close()
             self._batch = None
 
-    def run(self, task: Task) -> Outcome:
-        """Do a run; what fails is told in the outcome."""
+    def outcomes(self, tasks: Sequence[Task], now: int = 0) -> Iterator[list[Outcome]]:
+        """Do runs, short ones by the group; what fails is told in the outcome.
+
+        The number of the run at work is kept at the address `now`, unless that is 0: a process that watches this one can tell
+        which run has ended it.
+        """
+        done = 0
+        while done < len(tasks):
+            alone = not self.reuses or len(self._tried) < 2
+            size = 1 if alone else max(1, min(_LARGEST_GROUP, int(_GROUP_SECONDS / self._seconds)))
+            found = self._group(tasks[done : done + size], now)
+            done += len(found)
+            yield found
+
+    def _group(self, tasks: Sequence[Task], now: int) -> list[Outcome]:
+        """The outcomes of the first of these tasks, or of as many as go well and one that fails."""
         begin = time.perf_counter()
         try:
-            metrics, reason = self._metrics(task), None
-            if self.reuses and len(self._tried) < 2:
-                metrics = self._try_reset(task, metrics)
+            found = self._runs(tasks, now)
+            if self.reuses and len(self._tried) < 2 and isinstance(found[0], tuple):
+                found[0] = self._try_reset(tasks[0], found[0], now)
         except Exception as error:
-            kind = "" if isinstance(error, ShaperFmuError) else f"{type(error).__name__}: "
-            metrics, reason = None, f"{kind}{error}"
-            self.close()
+            found = [error]
         except BaseException:
             self.close()
             raise
-        return Outcome(task.id, metrics, reason, time.perf_counter() - begin, task.attempts + 1)
+        self._seconds = max(1e-7, (time.perf_counter() - begin) / len(found))
+        if not isinstance(found[-1], tuple):
+            self.close()
+        return [self._outcome(task, one) for task, one in zip(tasks, found, strict=False)]
+
+    def _outcome(self, task: Task, found: tuple[float, ...] | Exception) -> Outcome:
+        if isinstance(found, tuple):
+            return Outcome(task.id, found, None, self._seconds, task.attempts + 1)
+        kind = "" if isinstance(found, ShaperFmuError) else f"{type(found).__name__}: "
+        return Outcome(task.id, None, f"{kind}{found}", self._seconds, task.attempts + 1)
 
     def _live(self) -> Batch:
         if not self.reuses:  # after a run that fails there is no batch
@@ -92,25 +122,40 @@ class Runner:
             self._batch = Batch(self.job.system, self.job.plan, self.job.metrics, list(names))
         return self._batch
 
-    def _metrics(self, task: Task) -> tuple[float, ...]:
+    def _runs(self, tasks: Sequence[Task], now: int) -> list[tuple[float, ...] | Exception]:
+        """Metrics, or errors; the list ends with the first run after which the instances are of no more use."""
         batch = self._live()
-        varied = dict(zip(self.job.varied, task.values, strict=True))
-        if str in map(type, task.values):
-            varied = batch.values_of(varied)
-        found = batch.run({**self._cases[task.compared], **varied})  # pyright: ignore[reportArgumentType]
-        for name, value in found.items():
-            if math.isnan(value):
-                raise SimulationError(f"metric {name} is not a number: {self.job.metrics[name].output} became NaN")
-        return tuple(found.values())
+        numbers = np.array([task.id for task in tasks], np.int64)
+        found: list[tuple[float, ...] | Exception] = list(batch.run_rows(self._rows(batch, tasks), numbers, now))
+        for i, metrics in enumerate(found):
+            if isinstance(metrics, tuple) and any(map(math.isnan, metrics)):
+                found[i] = self._nan_error(metrics)
+            if not isinstance(found[i], tuple):
+                return found[: i + 1]
+        return found
 
-    def _try_reset(self, task: Task, metrics: tuple[float, ...]) -> tuple[float, ...]:
+    def _rows(self, batch: Batch, tasks: Sequence[Task]) -> np.ndarray:
+        """The start values of runs, in the batch's order."""
+        if any(type(value) is str for task in tasks for value in task.values):  # items of enumerations
+            varied = (batch.values_of(dict(zip(self.job.varied, task.values, strict=True))) for task in tasks)
+            return batch.rows([{**self._cases[task.compared], **values} for task, values in zip(tasks, varied, strict=True)])
+        rows = np.array([self._case_rows[task.compared] for task in tasks])
+        rows[:, self._varied_columns] = [task.values for task in tasks]
+        return rows
+
+    def _nan_error(self, metrics: tuple[float, ...]) -> SimulationError:
+        values = zip(self.job.metrics.items(), metrics, strict=True)
+        name, metric = next(item for item, value in values if math.isnan(value))
+        return SimulationError(f"metric {name} is not a number: {metric.output} became NaN")
+
+    def _try_reset(self, task: Task, metrics: tuple[float, ...], now: int) -> tuple[float, ...] | Exception:
         """Compare the first run with itself after another one."""
         self._tried.append((task, metrics))
         if len(self._tried) == 2:
             first, found = self._tried[0]
-            if self._metrics(first) != found:
+            if self._runs([first], now)[0] != found:
                 self.reuses = False
-                return self._metrics(task)
+                return self._runs([task], now)[0]
         return metrics
 
 

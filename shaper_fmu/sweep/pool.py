@@ -9,7 +9,7 @@ from __future__ import annotations
 import queue
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import msgspec
 
@@ -21,7 +21,7 @@ from shaper_fmu.sweep.store import Outcome, Task
 from shaper_fmu.sweep.worker import CODE, NOW, Answer, tasks_frame
 
 _POLL = 0.1
-_CHUNK_SECONDS = 0.3
+_CHUNK_SECONDS = 0.4
 _MOST_TASKS = 2000
 _TRIES = 2
 """A run that kills its worker this often is quarantined."""
@@ -38,6 +38,8 @@ class _Worker:
     child: Child
     open: dict[int, Task] = field(default_factory=dict)  # sent, and not answered yet, in their order
     begun: bool = False
+    at: int = -1  # the run that it was seen at last
+    since: float = 0.0  # when it was first seen there (monotonic clock) [s]
 
 
 class Pool:
@@ -144,7 +146,7 @@ class Pool:
 
     def _lost(self, worker: _Worker, end: str) -> Iterator[list[Outcome]]:
         """A worker has ended: the run it was at is suspect, all others of its open ones are done again."""
-        at, _ = NOW.unpack(worker.child.shared())
+        (at,) = NOW.unpack(worker.child.shared())
         worker.child.__exit__()
         del self._workers[worker.number]
         if not worker.begun:
@@ -156,7 +158,7 @@ class Pool:
         self._again += worker.open.values()
         if suspect is None:
             return
-        suspect = replace(suspect, attempts=suspect.attempts + 1)
+        suspect = msgspec.structs.replace(suspect, attempts=suspect.attempts + 1)
         if suspect.attempts >= _TRIES:
             yield [Outcome(at, None, f"quarantined: it ended its worker {suspect.attempts} times: {end}", 0.0, suspect.attempts)]
         else:
@@ -174,8 +176,10 @@ class Pool:
         if limit is None:
             return
         for worker in list(self._workers.values()):
-            at, since = NOW.unpack(worker.child.shared())
-            if not worker.begun or at < 0 or time.monotonic() - since <= limit:
+            (at,) = NOW.unpack(worker.child.shared())
+            if at != worker.at:
+                worker.at, worker.since = at, time.monotonic()
+            if not worker.begun or at < 0 or time.monotonic() - worker.since <= limit:
                 continue
             worker.child.__exit__()
             del self._workers[worker.number]

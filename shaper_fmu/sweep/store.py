@@ -25,8 +25,7 @@ _OWN = ("id", "compared", "status", "reason", "seconds", "attempts")
 _PAGE = 10_000
 
 
-@dataclass(frozen=True)
-class Task:
+class Task(msgspec.Struct, frozen=True, gc=False):
     """A run to be done: its number, the case, and the varied values in the study's order."""
 
     id: int
@@ -35,9 +34,11 @@ class Task:
     attempts: int = 0
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What became of a run: metrics in the study's order if it is done, else why it failed."""
+class Outcome(msgspec.Struct, frozen=True, gc=False):
+    """What became of a run: metrics in the study's order if it is done, else why it failed.
+
+    `seconds` is how long it took; short runs that were done together share their time evenly.
+    """
 
     id: int
     metrics: tuple[float, ...] | None

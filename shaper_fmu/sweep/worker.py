@@ -11,6 +11,7 @@ import threading
 import time
 
 import msgspec
+import numpy as np
 
 from shaper_fmu.master.isolated_process import BEGUN, CLOSED, read_frame, send
 from shaper_fmu.sweep.job import Job, Runner
@@ -19,8 +20,8 @@ from shaper_fmu.sweep.store import Outcome, Task
 CODE = (  # the FMUs' own words on standard output go to standard error, so the channel has the outcomes alone
     "import os; channel = os.dup(1); os.dup2(2, 1); from shaper_fmu.sweep.worker import serve; serve(channel, {window!r})"
 )
-NOW = struct.Struct("<qd")
-"""What the worker shares while it works: the run that it is at (-1 for none), and since when (monotonic clock) [s]."""
+NOW = struct.Struct("=q")
+"""What the worker shares while it works: the number of the run that it is at, -1 for none."""
 
 _SEND_AFTER = 0.2
 """Outcomes are sent when this time has passed [s]: so often that little is done twice, so seldom that it costs nothing."""
@@ -45,7 +46,8 @@ def serve(channel: int, window: str) -> None:
     orders = os.fdopen(os.dup(0), "rb")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     memory = mmap.mmap(-1, NOW.size, tagname=window) if sys.platform == "win32" else mmap.mmap(int(window), NOW.size)
-    memory[:] = NOW.pack(-1, 0.0)
+    now = np.frombuffer(memory, np.int64, 1)
+    now[0] = -1
     work = _Inbox(orders)
     try:
         job: Job = pickle.loads(work.next() or b"")
@@ -56,7 +58,7 @@ def serve(channel: int, window: str) -> None:
         return
     send(channel, BEGUN)
     while (frame := work.next()) is not None:
-        _do(runner, msgspec.msgpack.decode(frame, type=list[Task]), memory, channel)
+        _do(runner, msgspec.msgpack.decode(frame, type=list[Task]), now, channel)
     runner.close()
     send(channel, CLOSED)
 
@@ -91,17 +93,15 @@ class _Inbox:
             return self._frames.pop(0) if self._frames else None
 
 
-def _do(runner: Runner, tasks: list[Task], memory: mmap.mmap, channel: int) -> None:
+def _do(runner: Runner, tasks: list[Task], now: np.ndarray, channel: int) -> None:
     done: list[Outcome] = []
     last = time.monotonic()
-    for task in tasks:
-        now = time.monotonic()
-        if done and now - last > _SEND_AFTER:
+    for outcomes in runner.outcomes(tasks, now.ctypes.data):
+        done += outcomes
+        if time.monotonic() - last > _SEND_AFTER:
             _send(channel, done, runner)
-            last, done = now, []
-        memory[:] = NOW.pack(task.id, now)
-        done.append(runner.run(task))
-    memory[:] = NOW.pack(-1, 0.0)
+            last, done = time.monotonic(), []
+    now[0] = -1
     _send(channel, done, runner)
 
 

@@ -59,12 +59,18 @@ static Status out_of_bound(Instance *instance, const Variable *v, const char *la
                   value, space, v->unit, relation, bound, space, v->unit, at_time(when, sizeof when, t));
 }
 
+static int in_domain(const Variable *v, double value) {
+    int low = !v->lower || (v->lower == EXCLUSIVE ? value > v->min : value >= v->min);
+    int high = !v->upper || (v->upper == EXCLUSIVE ? value < v->max : value <= v->max);
+    return isfinite(value) && low && high;
+}
+
 /* Whether a value is in its variable's domain; if not, says so. */
 int check_element(Instance *instance, const Variable *v, int element, double value, const double *t) {
     char label[128], when[64];
+    if (v->kind == ENUMERATION ? is_item(v, value) : in_domain(v, value)) return 1;
     put_label(label, sizeof label, v, element);
     if (v->kind == ENUMERATION) {
-        if (is_item(v, value)) return 1;
         char options[512] = "";
         for (int i = 0, used = 0; i < v->items && used < (int)sizeof options; i++)
             used += snprintf(options + used, sizeof options - used, "%s%s (%d)", i ? ", " : "", v->item[i].text, v->item[i].value);
@@ -79,9 +85,8 @@ int check_element(Instance *instance, const Variable *v, int element, double val
     }
     if (v->lower == EXCLUSIVE && !(value > v->min)) return out_of_bound(instance, v, label, value, "greater than", v->min, t), 0;
     if (v->lower && !(value >= v->min)) return out_of_bound(instance, v, label, value, "at least", v->min, t), 0;
-    if (v->upper == EXCLUSIVE && !(value < v->max)) return out_of_bound(instance, v, label, value, "less than", v->max, t), 0;
-    if (v->upper && !(value <= v->max)) return out_of_bound(instance, v, label, value, "at most", v->max, t), 0;
-    return 1;
+    if (v->upper == EXCLUSIVE) return out_of_bound(instance, v, label, value, "less than", v->max, t), 0;
+    return out_of_bound(instance, v, label, value, "at most", v->max, t), 0;
 }
 
 static Status check_variable(Instance *instance, const Variable *v, const double *t) {
@@ -109,9 +114,21 @@ Status check_inputs(Instance *instance, double t) {
     return OK;
 }
 
+/* Whether all of the first results in the list are finite; 0 * x is 0 for these x alone, and a sum needs no branches. */
+static int all_finite(const unsigned char *record, int results) {
+    double sum = 0.0;
+    for (int k = 0; k < results; k++) {
+        const Variable *v = &component.variable[component.result[k]];
+        for (int i = 0; i < length(v); i++) sum += 0.0 * ((const double *)(record + v->offset))[i];
+    }
+    return sum == 0.0;
+}
+
 /* Results must be finite: those of a step, or with the calculated parameters after them in the list. */
 Status check_results(Instance *instance, const unsigned char *record, double t, int with_calculated) {
-    for (int k = 0; k < component.results + (with_calculated ? component.calculated : 0); k++) {
+    int results = component.results + (with_calculated ? component.calculated : 0);
+    if (all_finite(record, results)) return OK;
+    for (int k = 0; k < results; k++) {
         const Variable *v = &component.variable[component.result[k]];
         const double *value = (const double *)(record + v->offset);
         for (int i = 0; i < length(v); i++) {
