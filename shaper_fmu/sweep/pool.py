@@ -21,7 +21,7 @@ from shaper_fmu.sweep.store import Outcome, Task
 from shaper_fmu.sweep.worker import CODE, NOW, Answer, tasks_frame
 
 _POLL = 0.1
-_CHUNK_SECONDS = 0.4
+_CHUNK_SECONDS = 0.15  # at the end of a sweep some workers wait for the others, for a chunk at most
 _MOST_TASKS = 2000
 _TRIES = 2
 """A run that kills its worker this often is quarantined."""

@@ -1,11 +1,13 @@
-"""The store of a sweep: one SQLite file with the plan, what became of each run, and where the numbers come from.
+"""The store of a sweep: one SQLite file with the study, what became of each run, and where the numbers come from.
 
-Table "run" has a row for each run: its case, the varied values (columns of their names), status, metrics (columns of their
-names), reason, seconds and how often it was tried. One process writes; a lock beside the file keeps a second one out.
+Table "run" has a row for each run that was done or has failed: its case, the varied values (columns of their names), status,
+metrics (columns of their names), reason, seconds and how often it was tried. What is planned follows from the study, and from
+table "added" for the runs of refinements. One process writes; a lock beside the file keeps a second one out.
 """
 
 from __future__ import annotations
 
+import itertools
 import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
@@ -14,13 +16,14 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 from filelock import FileLock, Timeout
 
 from shaper_fmu.errors import StudyError
 from shaper_fmu.sweep.plan import Value
 from shaper_fmu.sweep.study import Study
 
-FORMAT = 2
+FORMAT = 3
 _OWN = ("id", "compared", "status", "reason", "seconds", "attempts")
 _PAGE = 10_000
 
@@ -65,12 +68,13 @@ class Store:
     """A sweep's results. Use it in a with statement; what has been entered is committed at once."""
 
     def __init__(self, path: Path | str, study: Study | None = None, provenance: dict[str, Any] | None = None):
-        """Open the store; with a study, to write: its runs are planned unless they are there.
+        """Open the store; with a study, to write: it is entered unless it is there.
 
         Raises StudyError if the file is no store, holds another study or runs of other FMUs, or if another sweep writes to it.
         """
         self.path = Path(path)
         self._lock: FileLock | None = None
+        self._given: dict[int, Task] = {}  # tasks whose outcomes are awaited
         if study is None and not self.path.is_file():
             raise StudyError(f"{path}: no such store; run 'shaper-fmu sweep' first")
         if study is not None:
@@ -134,7 +138,7 @@ class Store:
         return row[0] if row else None
 
     def _plan(self, study: Study, provenance: dict[str, Any]) -> None:
-        """Plan the runs, all or none, or see that those that are there are the same."""
+        """Enter the study, or see that the one that is there is the same."""
         entries = {"format": str(FORMAT), "study": study.as_json(), "provenance": json.dumps(provenance, sort_keys=True)}
         differs = {"study": "another study", "provenance": "other FMUs or another version of shaper-fmu"}
         differs["format"] = differs["provenance"]
@@ -155,18 +159,10 @@ class Store:
         varied = "".join(f", {_quoted(name)}" for name in study.vary)
         metrics = "".join(f", {_quoted(name)} REAL" for name in study.metrics)
         self._database.execute(
-            f"CREATE TABLE run (id INTEGER PRIMARY KEY, compared TEXT NOT NULL{varied}, "
-            "status TEXT NOT NULL DEFAULT 'planned' "  # with IN the check would take longer than all else of an entry
-            f"CHECK (status = 'planned' OR status = 'done' OR status = 'failed'){metrics}, "
-            "reason TEXT, seconds REAL, attempts INTEGER NOT NULL DEFAULT 0)"
+            f"CREATE TABLE run (id INTEGER PRIMARY KEY, compared TEXT NOT NULL{varied}, status TEXT NOT NULL{metrics}, "
+            "reason TEXT, seconds REAL, attempts INTEGER NOT NULL)"
         )
-        runs = ((case, *values) for case in study.compare for values in study.points)
-        self._insert(study, ((number, *run) for number, run in enumerate(runs)))
-
-    def _insert(self, study: Study, rows: Iterable[tuple[Any, ...]]) -> None:
-        names = ", ".join(["id", "compared", *map(_quoted, study.vary)])
-        marks = ", ".join("?" * (2 + len(study.vary)))
-        self._database.executemany(f"INSERT INTO run ({names}) VALUES ({marks})", rows)
+        self._database.execute(f"CREATE TABLE added (id INTEGER PRIMARY KEY, compared TEXT NOT NULL{varied})")
 
     def _stored_study(self) -> Study:
         text = self._value("study")
@@ -196,7 +192,12 @@ class Store:
 
     def counts(self) -> dict[str, int]:
         """Number of runs by status."""
-        return dict(self._database.execute("SELECT status, count(*) FROM run GROUP BY status").fetchall())
+        counts = dict(self._database.execute("SELECT status, count(*) FROM run GROUP BY status ORDER BY status").fetchall())
+        planned = self._total() - sum(counts.values())
+        return {**counts, "planned": planned} if planned else counts
+
+    def _total(self) -> int:
+        return self._study.count + self._database.execute("SELECT count(*) FROM added").fetchone()[0]
 
     def runs(self, status: str | None = None) -> list[Run]:
         """The runs in the plan's order, all or those of one status."""
@@ -204,6 +205,21 @@ class Store:
 
     def iterate(self, status: str | None = None) -> Iterator[Run]:
         """The same one by one, in flat memory."""
+        ended = self._ended(status)
+        if status in ("done", "failed"):
+            yield from ended
+            return
+        run = next(ended, None) if status is None else None
+        done = self._numbers_of_ended() if status is not None else None
+        for task in self._tasks():
+            if run is not None and run.id == task.id:
+                yield run
+                run = next(ended, None)
+            elif done is None or not done[task.id]:
+                yield Run(task.id, task.compared, dict(zip(self._study.vary, task.values, strict=True)), "planned", {}, None)
+
+    def _ended(self, status: str | None) -> Iterator[Run]:
+        """The runs of the table, page by page."""
         varied, metrics = list(self._study.vary), list(self._study.metrics)
         columns = ", ".join(map(_quoted, [*_OWN, *varied, *metrics]))
         last, middle = -1, len(_OWN) + len(varied)
@@ -221,48 +237,62 @@ class Store:
                 return
             last = rows[-1][0]
 
+    def _tasks(self) -> Iterator[Task]:
+        """All runs of the plan in their order, those that have ended among them."""
+        runs = itertools.chain.from_iterable(zip(itertools.repeat(case), self._study.points) for case in self._study.compare)
+        for number, (case, values) in enumerate(runs):
+            yield Task(number, case, values)
+        for number, case, *values in self._database.execute("SELECT * FROM added ORDER BY id").fetchall():
+            yield Task(number, case, tuple(values))
+
+    def _numbers_of_ended(self) -> np.ndarray:
+        """Whether each run of the plan has ended."""
+        ended = np.zeros(self._total(), bool)
+        for (number,) in self._database.execute("SELECT id FROM run"):
+            ended[number] = True
+        return ended
+
     def planned(self) -> Iterator[Task]:
-        """The runs that are to be done, in the plan's order, page by page: those entered meanwhile do no harm."""
-        columns = ", ".join(["id", "compared", "attempts", *map(_quoted, self._study.vary)])
-        last = -1
-        while True:
-            rows = self._database.execute(
-                f"SELECT {columns} FROM run WHERE status = 'planned' AND id > ? ORDER BY id LIMIT ?", (last, _PAGE)
-            ).fetchall()
-            for number, case, attempts, *values in rows:
-                yield Task(number, case, tuple(values), attempts)
-            if len(rows) < _PAGE:
-                return
-            last = rows[-1][0]
+        """The runs that are to be done, in the plan's order."""
+        ended = self._numbers_of_ended()
+        for task in self._tasks():
+            if not ended[task.id]:
+                self._given[task.id] = task
+                yield task
 
     def enter(self, outcomes: Sequence[Outcome]) -> None:
         """Enter what became of runs, all of them or none."""
-        metrics = "".join(f", {_quoted(name)} = ?" for name in self._study.metrics)
-        none = (None,) * len(self._study.metrics)
-        rows = [
-            ("failed" if o.metrics is None else "done", o.reason, o.seconds, o.attempts, *(o.metrics or none), o.id)
-            for o in outcomes
-        ]
+        rows = []
+        for one in outcomes:
+            task = self._given.pop(one.id, None) or self._task(one.id)
+            metrics = one.metrics or (None,) * len(self._study.metrics)
+            status = "failed" if one.metrics is None else "done"
+            rows.append((one.id, task.compared, *task.values, status, *metrics, one.reason, one.seconds, one.attempts))
         with self._database:
-            self._database.executemany(
-                f"UPDATE run SET status = ?, reason = ?, seconds = ?, attempts = ?{metrics} WHERE id = ?", rows
-            )
+            self._insert("run", rows)
+
+    def _task(self, number: int) -> Task:
+        if number < self._study.count:
+            return Task(number, *self._study.run(number))
+        _, case, *values = self._database.execute("SELECT * FROM added WHERE id = ?", (number,)).fetchone()
+        return Task(number, case, tuple(values))
 
     def add(self, points: Iterable[tuple[str, tuple[Value, ...]]]) -> int:
         """Plan more runs, after all others; their number."""
-        last = self._database.execute("SELECT max(id) FROM run").fetchone()[0]
-        rows = [(last + 1 + i, case, *values) for i, (case, values) in enumerate(points)]
+        first = self._total()
+        rows = [(first + i, case, *values) for i, (case, values) in enumerate(points)]
         with self._database:
-            self._insert(self._study, rows)
+            self._insert("added", rows)
         return len(rows)
+
+    def _insert(self, table: str, rows: list[tuple[Any, ...]]) -> None:
+        if rows:
+            self._database.executemany(f"INSERT INTO {table} VALUES ({', '.join('?' * len(rows[0]))})", rows)
 
     def retry_failed(self) -> int:
         """Plan the failed runs again; their number."""
         with self._database:
-            cursor = self._database.execute(
-                "UPDATE run SET status = 'planned', reason = NULL, attempts = 0 WHERE status = 'failed'"
-            )
-        return cursor.rowcount
+            return self._database.execute("DELETE FROM run WHERE status = 'failed'").rowcount
 
 
 def _quoted(name: str) -> str:

@@ -23,7 +23,7 @@ CODE = (  # the FMUs' own words on standard output go to standard error, so the 
 NOW = struct.Struct("=q")
 """What the worker shares while it works: the number of the run that it is at, -1 for none."""
 
-_SEND_AFTER = 0.2
+_SEND_AFTER = 0.05
 """Outcomes are sent when this time has passed [s]: so often that little is done twice, so seldom that it costs nothing."""
 
 

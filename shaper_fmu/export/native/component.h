@@ -40,6 +40,9 @@ static inline int length(const Variable *v) { return v->size ? v->size : 1; }
 
 typedef struct {
     uint16_t variable, element;
+    int offset; /* of the element in the record */
+    uint8_t kind;
+    uint8_t unchecked; /* an input that may be set to any value: it is checked when it is used */
 } Scalar;
 
 typedef int (*StartKernel)(int *status, void **unused, void *record);
@@ -58,9 +61,9 @@ typedef struct {
     const Variable *variable;
     int inputs; /* indices into variable */
     const uint16_t *input;
-    int results;    /* real outputs and locals */
+    int results;    /* real outputs and locals, element by element */
     int calculated; /* real calculated parameters, which follow them */
-    const uint16_t *result;
+    const Scalar *result;
     int visible; /* FMI 3 value references: index into visible_variable; `visible` itself is the time */
     const uint16_t *visible_variable;
     int scalars; /* FMI 2 value references: index into scalar */
@@ -164,8 +167,8 @@ Status set_slope(Instance *, const Variable *, int element, int order, double va
 int check_null(Instance *, const void *pointer, size_t n, const char *function);
 
 /* messages.c */
-Status refuse(Instance *, Status, const char *format, ...) __attribute__((format(printf, 3, 4)));
-Status kernel_failure(Instance *, const unsigned char *record, int status, double t);
+Status refuse(Instance *, Status, const char *format, ...) __attribute__((cold, format(printf, 3, 4)));
+__attribute__((cold)) Status kernel_failure(Instance *, const unsigned char *record, int status, double t);
 void put_label(char *text, int size, const Variable *, int element);
 Status set_logging(Instance *, int on, size_t categories, const char *const category[]);
 

@@ -182,7 +182,9 @@ Status advance(Instance *instance, double t, double h, int left_limits) {
 
 /* Whether a step from t over h is possible: it must begin where the last one ended, within a clock's rounding. */
 Status check_step(Instance *instance, double t, double h) {
-    double rounding = 1e-6 * h + 1e-9 * fabs(t);
+    double rounding = 1e-6 * h + 1e-9 * fabs(t), end = t + h;
+    int follows = h >= 0.0 && fabs(t - instance->time) <= rounding && fabs(end) < HUGE_VAL;
+    if (follows && !(instance->stop_defined && end > instance->stop_time + rounding)) return OK;
     if (!(isfinite(t) && isfinite(t + h) && h >= 0.0))
         return refuse(instance, ERROR, "%s: a step of %g s at t = %.15g s is not possible; it must be finite and not negative",
                       component.name, h, t);

@@ -28,14 +28,15 @@ def component_table(component: type[Component], token: str) -> str:
     slopes = {v.slope for v in variables if v.slope}
     visible = [index[v.name] for v in visible_variables(component)]
     offsets = record_offsets(component)
-    calculated = _real(variables, "calculatedParameter")
+    results = _scalars(variables, _real(variables, "output", "local"), offsets)
+    calculated = _scalars(variables, _real(variables, "calculatedParameter"), offsets)
     arrays = {
         "variables": ("Variable", [_variable(v, index, offsets, v.name in slopes) for v in variables]),
         "inputs": ("uint16_t", [str(i) for i, v in enumerate(variables) if v.causality == "input"]),
-        "results": ("uint16_t", [str(i) for i in [*_real(variables, "output", "local"), *calculated]]),
+        "results": ("Scalar", [*results, *calculated]),
         "visible": ("uint16_t", [str(i) for i in visible]),
-        "scalars": ("Scalar", _scalars(variables, visible)),
-        "states": ("Scalar", _scalars(variables, [index[name] for name in component.continuous_states or ()])),
+        "scalars": ("Scalar", _scalars(variables, visible, offsets)),
+        "states": ("Scalar", _scalars(variables, [index[name] for name in component.continuous_states or ()], offsets)),
         "messages": ("NumberedText", [f"{{{status}, {_text(text)}}}" for status, text in sorted(component.messages.items())]),
     }
     event = offsets.get("next_event_time", -1)
@@ -44,7 +45,7 @@ def component_table(component: type[Component], token: str) -> str:
         str(offsets["left_limits"]), str(event), str(int(component.sampled)), str(int(component.continuous_states is not None)),
     ]  # fmt: skip
     counts = {name: str(len(rows)) for name, (_, rows) in arrays.items()}
-    counts["results"] = f"{len(arrays['results'][1]) - len(calculated)}, {len(calculated)}"
+    counts["results"] = f"{len(results)}, {len(calculated)}"
     fields += [f"{counts[name]}, {name}" for name in arrays]
     return "\n".join([
         '#include "component.h"',
@@ -73,8 +74,22 @@ def _real(variables: list[Variable], *causalities: str) -> list[int]:
     return [i for i, v in enumerate(variables) if v.kind is float and v.causality in causalities]
 
 
-def _scalars(variables: list[Variable], chosen: list[int]) -> list[str]:
-    return [f"{{{i}, {element}}}" for i in chosen for element in range(variables[i].size or 1)]
+def _scalars(variables: list[Variable], chosen: list[int], offsets: dict[str, int]) -> list[str]:
+    rows = []
+    for i in chosen:
+        variable, kind = variables[i], _kind(variables[i])
+        unchecked = int(variable.causality == "input" and kind in ("REAL", "BOOLEAN"))
+        first, size = offsets[variable.name], 8 if kind == "REAL" else 4
+        rows += [f"{{{i}, {e}, {first + e * size}, {kind}, {unchecked}}}" for e in range(variable.size or 1)]
+    return rows
+
+
+def _kind(variable: Variable) -> str:
+    return (
+        "ENUMERATION"
+        if issubclass(variable.kind, enum.IntEnum)
+        else {float: "REAL", int: "INTEGER", bool: "BOOLEAN"}[variable.kind]
+    )
 
 
 def _array(kind: str, name: str, rows: list[str]) -> str:
@@ -95,11 +110,10 @@ def _item_tables(variables: list[Variable]) -> list[str]:
 
 def _variable(variable: Variable, index: dict[str, int], offsets: dict[str, int], is_slope: bool) -> str:
     items = list(variable.kind) if issubclass(variable.kind, enum.IntEnum) else []
-    kind = "ENUMERATION" if items else {float: "REAL", int: "INTEGER", bool: "BOOLEAN"}[variable.kind]
     causality = _SLOPE if is_slope else _CAUSALITIES[variable.causality]
     bounds = [_bound(variable, side, value) for side, value in (("min", variable.min), ("max", variable.max))]
     fields = [
-        _text(variable.name), _text(variable.unit), kind, causality, str(int(variable.tunable)),
+        _text(variable.name), _text(variable.unit), _kind(variable), causality, str(int(variable.tunable)),
         str(variable.size or 0), str(offsets[variable.name]), _double(variable.starts[0]),
         f"starts_{variable.name}" if len(set(variable.starts)) > 1 else "0", *bounds,
         _double(variable.min or 0.0), _double(variable.max or 0.0),

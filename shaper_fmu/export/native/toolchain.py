@@ -42,7 +42,17 @@ PLATFORMS = {
 }
 
 # No contraction: a product and a sum are rounded each, as in Python. No sanitizer traps, which zig adds by default.
-_FLAGS = ["-O2", "-g0", "-std=c11", "-fvisibility=hidden", "-ffp-contract=off", "-fno-sanitize=all", "-fno-ident", "-w"]
+_FLAGS = [
+    "-O2",
+    "-g0",
+    "-std=c11",
+    "-fvisibility=hidden",
+    "-fomit-frame-pointer",
+    "-ffp-contract=off",
+    "-fno-sanitize=all",
+    "-fno-ident",
+    "-w",
+]
 _LINK = ["-shared", "-s"]
 
 

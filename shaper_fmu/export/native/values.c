@@ -117,10 +117,7 @@ Status check_inputs(Instance *instance, double t) {
 /* Whether all of the first results in the list are finite; 0 * x is 0 for these x alone, and a sum needs no branches. */
 static int all_finite(const unsigned char *record, int results) {
     double sum = 0.0;
-    for (int k = 0; k < results; k++) {
-        const Variable *v = &component.variable[component.result[k]];
-        for (int i = 0; i < length(v); i++) sum += 0.0 * ((const double *)(record + v->offset))[i];
-    }
+    for (int k = 0; k < results; k++) sum += 0.0 * *(const double *)(record + component.result[k].offset);
     return sum == 0.0;
 }
 
@@ -129,15 +126,13 @@ Status check_results(Instance *instance, const unsigned char *record, double t, 
     int results = component.results + (with_calculated ? component.calculated : 0);
     if (all_finite(record, results)) return OK;
     for (int k = 0; k < results; k++) {
-        const Variable *v = &component.variable[component.result[k]];
-        const double *value = (const double *)(record + v->offset);
-        for (int i = 0; i < length(v); i++) {
-            if (isfinite(value[i])) continue;
-            char label[128];
-            put_label(label, sizeof label, v, i);
-            return refuse(instance, ERROR, "%s: %s became %s at t = %.15g s", component.name, label,
-                          isnan(value[i]) ? "nan" : value[i] > 0 ? "inf" : "-inf", t);
-        }
+        const Scalar *s = &component.result[k];
+        double value = *(const double *)(record + s->offset);
+        if (isfinite(value)) continue;
+        char label[128];
+        put_label(label, sizeof label, &component.variable[s->variable], s->element);
+        return refuse(instance, ERROR, "%s: %s became %s at t = %.15g s", component.name, label,
+                      isnan(value) ? "nan" : value > 0 ? "inf" : "-inf", t);
     }
     return OK;
 }
