@@ -18,6 +18,7 @@ from shaper_fmu.shapers.kinds import Shaper
 from shaper_fmu.shapers.sequence import ImpulseSequence
 
 if TYPE_CHECKING:
+    from shaper_fmu.pulses.sequence import PulseSequence
     from shaper_fmu.report.page import Block
 
 SHAPERS = [item.name for item in Shaper if item != Shaper.custom]
@@ -38,6 +39,7 @@ class _Wanted:
     equal_impulses: int
     low: float | None
     high: float | None
+    damping: tuple[float, float] | None
     distance: float
     duration: float | None
     max_velocity: float
@@ -64,8 +66,14 @@ def design(
     tolerance: Annotated[float, typer.Option(help="Tolerated residual vibration V: of EI, SI, the insensitivity.")] = 0.05,
     negative_amplitude: Annotated[float, typer.Option(help="Size of the negative impulse of sna_zv.")] = 0.5,
     equal_impulses: Annotated[int, typer.Option(help="Number of impulses of miszv.")] = 3,
-    low: Annotated[float | None, typer.Option(help="Lowest natural frequency that si tolerates [rad/s].")] = None,
-    high: Annotated[float | None, typer.Option(help="Highest natural frequency that si tolerates [rad/s].")] = None,
+    low: Annotated[
+        float | None, typer.Option(help="Lowest natural frequency: that si tolerates, that V is proven from [rad/s].")
+    ] = None,
+    high: Annotated[float | None, typer.Option(help="Highest natural frequency, the same [rad/s].")] = None,
+    damping_range: Annotated[
+        tuple[float, float] | None,
+        typer.Option(help="Damping ratios that V is proven for, with --low and --high."),
+    ] = None,
     distance: Annotated[float, typer.Option(help="Distance of a profile [m].")] = 1.0,
     duration: Annotated[
         float | None, typer.Option(help="Duration of a profile (default: the shortest) or pulse train [s].")
@@ -88,6 +96,7 @@ def design(
     """Design a shaper, a profile or a pulse train: print its numbers and figures of merit, plot its sensitivity.
 
     si: specified insensitivity from --low to --high. direct_zv, direct_zvd: two modes at once, shorter than convolved.
+    With --low and --high, a bound of the residual vibration V is proven for all frequencies (and damping ratios) in between.
     With --modes, --tolerance is the share of the final values that may swing after the last impulse.
     Example: shaper-fmu design zvd --natural-frequency 5 --damping-ratio 0.1 --plot zvd.html
     """
@@ -101,7 +110,7 @@ def design(
         raise typer.BadParameter("this needs --modes", param_hint="--or" if other else "--settling")
     wanted = _Wanted(
         kind, natural_frequency or [], damping_ratio or [0.0], tolerance, negative_amplitude, equal_impulses, low, high,
-        distance, duration, max_velocity, max_acceleration, frequency_ratio, minimum_pulse_width,
+        damping_range, distance, duration, max_velocity, max_acceleration, frequency_ratio, minimum_pulse_width,
     )  # fmt: skip
     blocks = _blocks(wanted)
     for block in blocks:
@@ -135,8 +144,29 @@ def _blocks(wanted: _Wanted) -> list[Block]:
         law = profile(wanted.kind, wanted.distance, wanted.duration, mode.natural_frequency, mode.damping_ratio, **limits)
         return profile_blocks(wanted.kind, law, mode)
     if wanted.kind in PULSES:
-        return pulse_blocks(wanted.kind, _pulses(wanted), mode)
-    return shaper_blocks(wanted.kind, _sequence(wanted), mode)
+        pulses = _pulses(wanted)
+        return [*_proven(wanted, pulses), *pulse_blocks(wanted.kind, pulses, mode)]
+    sequence = _sequence(wanted)
+    return [*_proven(wanted, sequence), *shaper_blocks(wanted.kind, sequence, mode)]
+
+
+def _proven(wanted: _Wanted, command: ImpulseSequence | PulseSequence) -> list[Block]:
+    """The bound of V over the wanted frequencies and damping ratios, if any are wanted."""
+    from shaper_fmu.analysis.guarantee import guarantee
+
+    if wanted.low is None or wanted.high is None:
+        if wanted.damping is not None:
+            raise typer.BadParameter("give --low and --high, too", param_hint="--damping-range")
+        return []
+    damping = wanted.damping or (wanted.ratios[0], wanted.ratios[0])
+    found = guarantee(command, (wanted.low, wanted.high), damping)
+    where = f"{wanted.low:g} to {wanted.high:g} rad/s, damping ratio {damping[0]:g} to {damping[1]:g}"
+    rows = [
+        ["V is nowhere above", f"{100.0 * found.bound:.6f} %"],
+        ["its largest value found", f"{100.0 * found.attained:.6f} %"],
+        ["at", f"{found.at[0]:g} rad/s, damping ratio {found.at[1]:g}"],
+    ]
+    return [Table(f"Proven: {where}", ["what", "value"], rows)]
 
 
 def _sequence(wanted: _Wanted) -> ImpulseSequence:
@@ -160,7 +190,7 @@ def _sequence(wanted: _Wanted) -> ImpulseSequence:
     )
 
 
-def _pulses(wanted: _Wanted):
+def _pulses(wanted: _Wanted) -> PulseSequence:
     from shaper_fmu.pulses.design import carrier_pulses, minimax_pulses, polished_pulses, zv_carrier_pulses
 
     w, zeta, width = wanted.frequencies[0], wanted.ratios[0], wanted.minimum_pulse_width

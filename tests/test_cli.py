@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -156,9 +157,19 @@ def test_design_of_a_specified_insensitivity_lies_on_the_floor(tmp_path):
     assert "0.00%" in done.stdout
 
 
+def test_design_proves_a_bound_of_the_residual_vibration(tmp_path):
+    """An undamped ZV has V = |cos(pi w / (2 wn))| exactly, largest at the ends of a band about wn: sin(0.05 pi) for +-10 %."""
+    done = command("design", "zv", "-w", "5", "--low", "4.5", "--high", "5.5", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "Proven: 4.5 to 5.5 rad/s, damping ratio 0 to 0" in done.stdout
+    assert f"{100.0 * math.sin(0.05 * math.pi):.6f} %" in done.stdout
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
+        (["design", "zv", "-w", "5", "--damping-range", "0", "0.1"], 2, "give --low and --high, too"),
+        (["design", "zv", "-w", "5", "--low", "6", "--high", "4"], 1, "must be (low, high) with 0 < low <= high"),
         (["design", "zvx", "-w", "5"], 1, "there is no shaper, profile or pulse train 'zvx'. Did you mean 'zv"),
         (["design", "zv"], 2, "give at least one"),
         (["design", "si", "--low", "4"], 2, "si needs --low and --high"),
