@@ -126,6 +126,11 @@ def test_a_browser_draws_every_figure_without_complaint(pages, name, tmp_path):
         "--disable-dev-shm-usage",
         "--enable-logging=stderr",
         "--dump-dom",
+        "--no-first-run",  # and nothing on its own account: it is here to draw
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+        "--disable-quic",
     ]
     options += ["--virtual-time-budget=5000", f"--user-data-dir={tmp_path / 'profile'}"]
     environment = {**os.environ, "HOME": str(tmp_path)}
