@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
+import shutil
 import stat
 import tempfile
 import zipfile
-import zlib
 from pathlib import Path, PurePosixPath
 
+from shaper_fmu.archive_entries import MOST_BYTES, archive_entries
 from shaper_fmu.errors import ArchiveError
 
-MOST_ENTRIES = 5_000
-MOST_BYTES = 1 << 30
 _DATE = (1980, 1, 1, 0, 0, 0)
 
 
@@ -43,42 +43,76 @@ def write_file(path: Path, content: bytes) -> Path:
     return path
 
 
-def read_archive(content: bytes, name: str) -> dict[str, bytes]:
-    """All files of an archive: name -> content. Raises ArchiveError, which calls it `name`, if it is damaged or hostile."""
-    try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            entries = [entry for entry in archive.infolist() if not entry.is_dir()]
-            _check_entries(name, entries)
-            return {str(PurePosixPath(entry.filename)): archive.read(entry) for entry in entries}
-    except (OSError, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
-        raise ArchiveError(f"{name}: not a readable archive: {error}") from error
-
-
 def read_file(path: Path) -> bytes:
-    """The content of a file. Raises ArchiveError if it cannot be read."""
+    """The content of a file. Raises ArchiveError if it cannot be read, is no plain file (a pipe never ends), or too large."""
     try:
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):
+            raise ArchiveError(f"{path}: not a file but {'a folder' if path.is_dir() else 'a device or pipe'}")
+        if found.st_size > MOST_BYTES:
+            raise ArchiveError(f"{path}: {found.st_size} bytes, more than the {MOST_BYTES} that are accepted")
         return path.read_bytes()
     except OSError as error:
         raise ArchiveError(f"{path}: {error.strerror or error}") from None
 
 
+def read_archive(content: bytes, name: str) -> dict[str, bytes]:
+    """All files of an archive: name -> content. Raises ArchiveError, which calls it `name`, if it is damaged or hostile.
+
+    What the archive tells of itself is judged before anything is unpacked: see `archive_entries`. Of a system's archive, the
+    FMUs and systems in it count too, by what they tell to unpack to. Each is judged as a whole when it is read itself.
+    """
+    entries = archive_entries(content, name)
+    files = {entry.name: entry.unpacked(content, name) for entry in entries if not entry.is_folder}
+    if any(PurePosixPath(entry).suffix == ".ssd" for entry in files):
+        _check_nested(files, name)
+    return files
+
+
 def extract_archive(content: bytes, name: str, folder: Path) -> None:
-    """Extract an archive under `folder`, writing nothing outside it. Raises ArchiveError."""
-    for entry, data in read_archive(content, name).items():
-        target = folder / entry
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(data)
+    """Extract an archive under `folder`, writing nothing outside it. Raises ArchiveError; then nothing of it stays."""
+    files = read_archive(content, name)
+    existed = folder.exists()
+    written: list[Path] = []
+    try:
+        for entry, data in files.items():
+            target = folder / entry
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.touch(exist_ok=False)
+            written.append(target)
+            target.write_bytes(data)
+    except BaseException as error:
+        _remove(folder, written, existed)
+        if isinstance(error, OSError):
+            raise ArchiveError(f"{name}: cannot be unpacked into {folder}: {error.strerror or error}") from error
+        raise
 
 
-def _check_entries(archive: str, entries: list[zipfile.ZipInfo]) -> None:
-    if len(entries) > MOST_ENTRIES:
-        raise ArchiveError(f"{archive}: {len(entries)} entries, more than the {MOST_ENTRIES} that are accepted")
-    size = sum(entry.file_size for entry in entries)
-    if size > MOST_BYTES:
-        raise ArchiveError(f"{archive}: {size} bytes unpacked, more than the {MOST_BYTES} that are accepted")
-    for entry in entries:
-        name = PurePosixPath(entry.filename)
-        if name.is_absolute() or ".." in name.parts or "\\" in entry.filename or ":" in entry.filename:
-            raise ArchiveError(f"{archive}: entry {entry.filename!r} would be written outside the target folder")
-        if stat.S_ISLNK(entry.external_attr >> 16):
-            raise ArchiveError(f"{archive}: entry {entry.filename!r} is a symbolic link")
+def _remove(folder: Path, written: list[Path], existed: bool) -> None:
+    """Take back what was extracted: the folder itself if it is new, else the files and the folders left empty."""
+    if not existed:
+        shutil.rmtree(folder, ignore_errors=True)
+        return
+    for target in written:
+        with contextlib.suppress(OSError):  # a folder was in the way, or another file is in a folder
+            target.unlink(missing_ok=True)
+            for parent in target.relative_to(folder).parents[:-1]:
+                (folder / parent).rmdir()
+
+
+def _check_nested(files: dict[str, bytes], name: str) -> None:
+    """Judge a system's archive by what its archives tell: bytes unpacked in all, and systems in systems in systems."""
+    size = 0
+    for inner, content in files.items():
+        suffix = PurePosixPath(inner).suffix.lower()
+        if suffix not in (".fmu", ".ssp"):
+            continue
+        try:
+            entries = archive_entries(content, f"{name}/{inner}")
+        except ArchiveError:  # told by who uses it, who knows its place in the system
+            continue
+        size += sum(entry.size for entry in entries)
+        if size > MOST_BYTES:
+            raise ArchiveError(f"{name}: the archives in it unpack to more than the {MOST_BYTES} bytes that are accepted")
+        if suffix == ".ssp" and any(PurePosixPath(entry.name).suffix.lower() == ".ssp" for entry in entries):
+            raise ArchiveError(f"{name}/{inner}: holds a system's archive again; they may be nested once")

@@ -12,7 +12,9 @@ from rich.table import Table
 
 from shaper_fmu import __version__
 from shaper_fmu.cli_build import build
+from shaper_fmu.cli_check import check
 from shaper_fmu.cli_design import design
+from shaper_fmu.cli_new import app as new
 from shaper_fmu.cli_reproduce import reproduce
 from shaper_fmu.cli_sweep import export_store, report_store, sweep
 from shaper_fmu.console import err, out
@@ -62,54 +64,32 @@ def list_components(
 
 
 app.command("build")(build)
+app.command("check")(check)
 app.command("design")(design)
 app.command("reproduce")(reproduce)
 app.command("sweep")(sweep)
 app.command("report")(report_store)
 app.command("export")(export_store)
-
-
-@app.command()
-def check(files: Annotated[list[Path], typer.Argument(help="FMUs (.fmu) and SSP archives (.ssp).")]) -> None:
-    """Check FMUs and SSP archives; print every problem, one a line."""
-    found = False
-    for file in files:
-        for problem in _problems(file):
-            found = True
-            out.print(f"{file}: {problem}")
-    if found:
-        raise typer.Exit(1)
-
-
-def _problems(file: Path) -> list[str]:
-    from shaper_fmu.master.fmu import fmu_problems
-    from shaper_fmu.ssp.archive import load_ssp
-    from shaper_fmu.ssp.parameter_sets import parameter_set_problems
-
-    try:
-        if file.suffix == ".ssp":
-            loaded = load_ssp(file)
-            return loaded.system.check() + parameter_set_problems(loaded)
-        return fmu_problems(file)
-    except ModelError as error:
-        return error.problems
-    except ShaperFmuError as error:
-        return [str(error)]
+app.add_typer(new, name="new")
 
 
 @app.command()
 def run(
     system: Annotated[Path, typer.Argument(help="SSP archive (.ssp).")],
+    variant: Annotated[
+        str | None, typer.Option(help="Variant to run: another .ssd file of the archive. Default: SystemStructure.ssd.")
+    ] = None,
     parameter_sets: Annotated[
         list[str] | None,
         typer.Option("--parameter-set", help="Parameter set: a file (.ssv), or the name of one in the archive; may be repeated."),
     ] = None,
     settings: Annotated[
-        list[str] | None, typer.Option("--set", help="Start value, for example plant.mass=2; may be repeated.")
+        list[str] | None,
+        typer.Option("--set", help="Start value, for example plant.mass=2, or of the system's own inputs; may be repeated."),
     ] = None,
     stop_time: Annotated[float | None, typer.Option(help="Stop time [s]. Default: the system's.")] = None,
     step: Annotated[float | None, typer.Option(help="Communication step [s]. Default: the system's.")] = None,
-    algorithm: Annotated[Algorithm, typer.Option(help="Master algorithm.")] = "jacobi",
+    algorithm: Annotated[Algorithm | None, typer.Option(help="Master algorithm. Default: the system's, or jacobi.")] = None,
     grid: Annotated[
         bool, typer.Option("--grid", help="Keep to the communication step, instead of ending steps at events.")
     ] = False,
@@ -123,25 +103,32 @@ def run(
     from shaper_fmu.ssp.archive import load_ssp
     from shaper_fmu.ssp.parameter_sets import apply_parameter_set
 
-    loaded = load_ssp(system)
+    loaded = load_ssp(system, variant)
+    for note in loaded.notes:
+        err.print(f"note: {note}", markup=False)
     for which in parameter_sets or []:
         apply_parameter_set(loaded, which)
     for setting in settings or []:
         name, equals, value = setting.partition("=")
         if not equals:
             raise typer.BadParameter(f"{setting!r} is not of the form instance.variable=value", param_hint="--set")
-        loaded.system.set(name, value)
+        loaded.set(name, value)
+    if algorithm is None and loaded.structure.settings:
+        told = loaded.structure.settings[0]
+        algorithm = told.algorithm
+        if algorithm != "jacobi":
+            err.print(f"note: algorithm {algorithm}, as the annotation of {told.tool} says", markup=False)
     stop_time = stop_time if stop_time is not None else loaded.structure.stop_time
     step = step if step is not None else loaded.structure.step_size
     if stop_time is None or step is None:
         raise typer.BadParameter("the system tells no stop time or step size; give --stop-time and --step")
     start_time, begin = loaded.structure.start_time or 0.0, time.perf_counter()
     with progress(f"running {loaded.system.name}, simulated time [s]", err) as update:
-        results = loaded.system.simulate(
+        results = loaded.simulate(
             stop_time,
             step,
             start_time=start_time,
-            algorithm=algorithm,
+            algorithm=algorithm or "jacobi",
             exact=False if grid else None,
             everywhere=everywhere,
             progress=lambda t: update(t, stop_time),

@@ -43,6 +43,11 @@ def build(
         list[str] | None,
         typer.Option("--platform", help="Platform such as x86_64-windows, or `this`; may be repeated. Default: all five."),
     ] = None,
+    starts: Annotated[
+        list[str] | None,
+        typer.Option("--start", help="Another start value for a component, such as profile=s_curve; may be repeated."),
+    ] = None,
+    name: Annotated[str, typer.Option(help="With --start: what the FMU is called. Default: such as MotionProfile_s_curve.")] = "",
 ) -> None:
     """Build FMUs of components, and SSP archives of system folders (from FMUs built before).
 
@@ -54,6 +59,8 @@ def build(
 
     folders = [name for name in names or [] if Path(name).is_dir()]
     components = _components(names, folders)
+    if starts or name:
+        components = [_starting_at(components, starts or [], name)]
 
     def make(component: type[Component], said: Said) -> Path:
         chosen = platforms or []
@@ -63,7 +70,7 @@ def build(
     for path in _built(components, make, parts):
         out.print(f"built {path}")
     for folder in folders:
-        out.print(f"built {pack_ssp(folder, output)}")
+        out.print(f"built {pack_ssp(folder, output, platforms=platforms or [])}")
 
 
 def _components(names: list[str] | None, folders: list[str]) -> list[type[Component]]:
@@ -76,6 +83,17 @@ def _components(names: list[str] | None, folders: list[str]) -> list[type[Compon
         if name not in folders:
             found += load_components(Path(name)) if name.endswith(".py") else [find_component(name)]
     return found
+
+
+def _starting_at(components: list[type[Component]], starts: list[str], name: str) -> type[Component]:
+    from shaper_fmu.export.start_values import with_start_values
+
+    if len(components) != 1 or not starts:
+        raise typer.BadParameter("start values are for one component that is named", param_hint="--start")
+    for start in starts:
+        if "=" not in start:
+            raise typer.BadParameter(f"{start!r} is not of the form variable=value", param_hint="--start")
+    return with_start_values(components[0], dict(start.split("=", 1) for start in starts), name)
 
 
 def _built(components: list[type[Component]], make: Callable[[type[Component], Said], Path], parts: int) -> list[Path]:

@@ -152,17 +152,32 @@ def report_store(
 
 def export_store(
     store: Annotated[Path, typer.Argument(help=_STORE)],
-    output: Annotated[Path, typer.Option(help="Table to write: .csv, or .parquet (needs the package pyarrow).")],
+    output: Annotated[
+        Path,
+        typer.Option(help="Table to write: .csv, or .parquet (needs the package pyarrow); with --run a parameter set (.ssv)."),
+    ],
+    run: Annotated[int | None, typer.Option(help="Number of one run, whose start values are written as a parameter set.")] = None,
 ) -> None:
     """Write the runs of a sweep as a table, one row a run: case, start values, metrics, status, reason, seconds, attempts.
 
-    Numbers have all their digits. A sweep that is under way can be exported, too.
+    Numbers have all their digits. A sweep that is under way can be exported, too. With --run, one point of the sweep becomes a
+    parameter set (.ssv) for its system, which `shaper-fmu run` and other tools take.
 
     \b
     Examples:
         shaper-fmu export rope.sqlite --output rope.csv
         shaper-fmu export rope.sqlite --output rope.parquet
+        shaper-fmu export rope.sqlite --run 17 --output point.ssv
+        shaper-fmu run crane.ssp --parameter-set point.ssv
     """
+    if (run is None) != (output.suffix.lower() != ".ssv"):
+        raise typer.BadParameter("a parameter set (.ssv) is of one run: give --run, too, or a table's name", param_hint="--output")
+    if run is not None:
+        from shaper_fmu.ssp.sweep_points import write_point
+
+        values = write_point(store, run, output)
+        out.print(f"wrote {output}: {', '.join(f'{name} = {value}' for name, value in values.items())}")
+        return
     from shaper_fmu.sweep.export import WRITERS
     from shaper_fmu.sweep.store import Store
 

@@ -21,6 +21,7 @@ every exported FMU carries it.
 
 from __future__ import annotations
 
+import copy
 import enum
 import hashlib
 import math
@@ -97,6 +98,14 @@ class Variable:
     def start(self) -> Any:
         """A fresh start value: a scalar, or a list for an array."""
         return self.starts[0] if self.size is None else list(self.starts)
+
+    def starting_at(self, start: Any) -> Variable:
+        """The same variable with another start value (of an array, all of them), for a subclass of its component."""
+        other = copy.copy(self)
+        other.starts = [self.kind(value) for value in ([start] if self.size is None else start)]
+        if len(other.starts) != len(self.starts):
+            raise ComponentError(f"{self.name}: {len(other.starts)} start values for {len(self.starts)} elements")
+        return other
 
     @property
     def scalar_names(self) -> list[str]:

@@ -219,7 +219,7 @@ def test_the_command_prints_and_writes_it_all(study, tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def archive(fmus, tmp_path_factory) -> Path:
-    return pack_ssp(FOLDER, fmus, tmp_path_factory.mktemp("partial") / "partial_modes_three_mass.ssp")
+    return pack_ssp(FOLDER, fmus, tmp_path_factory.mktemp("partial") / "partial_modes_three_mass.ssp", ["this"])
 
 
 def test_the_system_agrees_with_its_reference(archive):

@@ -168,7 +168,7 @@ def test_the_report(study, updates, monkeypatch):
 
 @pytest.fixture
 def archive(fmus, tmp_path) -> Path:
-    return pack_ssp(FOLDER, fmus, tmp_path / "two_part_pendulum.ssp")
+    return pack_ssp(FOLDER, fmus, tmp_path / "two_part_pendulum.ssp", ["this"])
 
 
 def test_the_ssp_system_agrees_with_its_reference(archive):

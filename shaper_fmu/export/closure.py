@@ -24,7 +24,8 @@ def packed_sources(component: type[Component]) -> tuple[str, dict[str, str]]:
 
     Raises BuildError when a module imports what an FMU cannot carry.
     """
-    packages = {"shaper_fmu", "pythonfmu", component.__module__.split(".")[0]}
+    bases = [base for base in component.__mro__ if issubclass(base, Component)]
+    packages = {"shaper_fmu", "pythonfmu", *(base.__module__.split(".")[0] for base in bases)}
     sources: dict[str, str] = {}
     pending = [component.__module__, _SLAVE_MODULE]
     while pending:

@@ -15,7 +15,7 @@ from shaper_fmu.master import layout as of
 from shaper_fmu.master.calls import write_f8
 from shaper_fmu.master.event_loop import handle_event
 from shaper_fmu.master.execution import execute, opened, rounding
-from shaper_fmu.master.transfers import compiled, entry, inlined
+from shaper_fmu.master.transfers import compiled, inlined
 
 GOING_ON, FINISHED, FULL, FAULT = range(4)
 
@@ -176,7 +176,7 @@ def _is_to_stop(system, control):
     return control.t - control.true_since >= control.stop_hold
 
 
-@entry
+@compiled
 def run(address, control, most):
     """Take up to `most` macro steps; returns GOING_ON, FINISHED, FULL (no room in the record) or FAULT."""
     system = opened(address)
@@ -193,33 +193,33 @@ def run(address, control, most):
     return FINISHED if control.done >= control.steps else GOING_ON
 
 
-@entry
+@compiled
 def plan_step(address, control):
     """Only plan a step: where inputs are given by Python functions, they are asked before it is taken."""
     plan(opened(address), control)
 
 
-@entry
+@compiled
 def take_planned_step(address, control):
     """Take the planned step; False if something failed."""
     return take_step(opened(address), address, control)
 
 
-@entry
+@compiled
 def initialize(address, control, t):
     """Read all outputs and spread them over the connections, in initialization mode."""
     system = opened(address)
     return execute(system, control, system.read_program, t, 0.0) and execute(system, control, system.exchange_program, t, 0.0)
 
 
-@entry
+@compiled
 def exchange(address, control, t):
     """Spread the bus over the connections, and read what follows without delay."""
     system = opened(address)
     return execute(system, control, system.exchange_program, t, 0.0)
 
 
-@entry
+@compiled
 def begin(address, control, t, in_event_mode):
     """Read all outputs after initialization, and leave event mode if an instance is in it."""
     system = opened(address)
@@ -228,7 +228,7 @@ def begin(address, control, t, in_event_mode):
     return not in_event_mode or handle_event(address, control, t, False)
 
 
-@entry
+@compiled
 def first_row(address, control):
     """Record the row of the start."""
     note(opened(address), control, False)

@@ -42,6 +42,7 @@ def opened(address):
         _array(a, 19, of.GUARD),
         _array(a, 20, np.int32),
         _program(a, 21),
+        _array(a, 22, np.float64),
     )
 
 

@@ -6,6 +6,7 @@ import copy
 import functools
 import hashlib
 import math
+import re
 import shutil
 import tempfile
 import weakref
@@ -15,11 +16,12 @@ from typing import Any
 
 import numpy as np
 from fmpy import read_model_description
-from fmpy.model_description import CoSimulation, Dimension, ModelDescription, ModelVariable, Unit
+from fmpy.model_description import CoSimulation, Dimension, ModelDescription, ModelVariable, Unit, ValidationError
 from fmpy.validation import validate_fmu
 
 from shaper_fmu.archives import extract_archive, read_file
 from shaper_fmu.errors import ArchiveError, ModelError, nearest
+from shaper_fmu.xml_files import parse_xml
 
 _TYPES: dict[str, type] = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool, "Float64": float, "Float32": float}
 _RANGES = {"Integer": (-(2**31), 2**31), "Enumeration": (-(2**31), 2**31)}
@@ -28,6 +30,9 @@ for _bits in (8, 16, 32, 64):
     _RANGES |= {f"Int{_bits}": (-(2 ** (_bits - 1)), 2 ** (_bits - 1)), f"UInt{_bits}": (0, 2**_bits)}
 TRANSFERABLE = ("real", "integer", "boolean", "enumeration")
 """What `kind_of` tells of variables that a master moves; texts, binaries and clocks stay where they are."""
+_BEARABLE = re.compile(r"unit .* is not defined|is of type \w+ and must have variability != \"continuous\"")
+"""FMPy's findings in model descriptions of others with which an FMU can be run all the same."""
+_OTHER_XML = ("sources/buildDescription.xml", "terminalsAndIcons/terminalsAndIcons.xml")
 _BOOLEANS = {"true": True, "false": False, "1": True, "0": False}
 
 
@@ -39,6 +44,7 @@ class Fmu:
         folder: where it is unpacked, until the process ends.
         description: fmpy's model description.
         version: of FMI, 2 or 3.
+        findings: what is wrong with the description, but does not stop it from being run.
         variables: the variables by name; an array of FMI 3.0 as its elements x[1], x[2], ... (x[1,1], x[1,2], ... in rows).
     """
 
@@ -48,7 +54,8 @@ class Fmu:
         weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
         extract_archive(content, name, self.folder)
         self.digest = hashlib.sha256(content).hexdigest()
-        self.description = _coupled_description(name, self.folder)
+        self.findings: list[str] = []
+        self.description = _coupled_description(name, self.folder, self.findings)
         self.version = int(str(self.description.fmiVersion)[0])
         self.variables: dict[str, ModelVariable] = {}
         self._wholes: dict[str, list[str]] = {}  # an element's name -> names of all elements of its array
@@ -212,21 +219,31 @@ def fmu_problems(path: Path) -> list[str]:
     """What is wrong with an FMU of any version of FMI. Raises ArchiveError if it cannot be read at all."""
     with tempfile.TemporaryDirectory() as folder:
         extract_archive(read_file(path), path.name, Path(folder))
-        _read_description(path.name, Path(folder))
+        _read_description(path.name, Path(folder), [])
     return validate_fmu(str(path))
 
 
-def _read_description(name: str, folder: Path) -> ModelDescription:
+def _read_description(name: str, folder: Path, findings: list[str]) -> ModelDescription:
+    """The model description; what is wrong with it, but bearable, goes to `findings`. Raises ArchiveError for anything else."""
     if not (folder / "modelDescription.xml").is_file():
         raise ArchiveError(f"{name}: no modelDescription.xml, so this is not an FMU")
+    for file in ("modelDescription.xml", *_OTHER_XML):
+        if (folder / file).is_file():
+            parse_xml((folder / file).read_bytes(), f"{name}: {file}")
     try:
-        return read_model_description(str(folder))
+        try:
+            return read_model_description(str(folder))
+        except ValidationError as error:
+            if not all(_BEARABLE.search(str(problem)) for problem in error.problems):
+                raise
+            findings += map(str, error.problems)
+            return read_model_description(str(folder), validate=False)
     except Exception as error:  # fmpy raises many kinds
         raise ArchiveError(f"{name}: modelDescription.xml is not valid: {error}") from error
 
 
-def _coupled_description(name: str, folder: Path) -> ModelDescription:
-    description = _read_description(name, folder)
+def _coupled_description(name: str, folder: Path, findings: list[str]) -> ModelDescription:
+    description = _read_description(name, folder, findings)
     if str(description.fmiVersion)[:2] not in ("2.", "3.") or description.coSimulation is None:
         raise ModelError([f"{name}: an FMI {description.fmiVersion} FMU; co-simulation FMUs of FMI 2.0 and 3.0 can be coupled"])
     return description

@@ -46,7 +46,16 @@ TRANSFER = np.dtype(
     align=True,
 )
 
-ELEMENT = np.dtype([("bus", "u8"), ("gain", "f8"), ("shift", "f8")], align=True)  # the address of its place on the bus
+ELEMENT = np.dtype(
+    [
+        ("bus", "u8"),  # the address of its place on the bus
+        ("gain", "f8"),
+        ("shift", "f8"),
+        ("mapping", "u8"),  # address of pairs: a value, and what it becomes
+        ("mapped", "u8"),  # their number
+    ],
+    align=True,
+)
 
 TABLE = np.dtype(
     [("place", "i4"), ("linear", "i4"), ("first", "i4"), ("count", "i4"), ("cursor", "i4")],
@@ -106,12 +115,14 @@ _SOURCES = ("layout", "calls", "transfers", "execution", "event_loop", "compiled
 
 
 def _sources_digest() -> str:
-    texts = [Path(__file__).with_name(f"{name}.py").read_bytes() for name in _SOURCES]
+    folder = Path(__file__).parent
+    files = [folder.parent / "component.py", *[folder / f"{name}.py" for name in _SOURCES]]  # time_rounding is the component's
+    texts = [file.read_bytes() for file in files]
     return hashlib.sha256(b"\0".join(texts)).hexdigest()[:16]
 
 
 SOURCES_DIGEST = _sources_digest()
-"""Stands for the loop's sources; see transfers.entry."""
+"""Stands for the loop's sources; see transfers.compiled."""
 
 GUARD = np.dtype([("first", "i4"), ("count", "i4"), ("skip", "i4"), ("due", "i4"), ("open", "i4")], align=True)
 """Of the operations after it in a program: its causes, how many operations it guards, whether one is due, whether they are done."""
@@ -200,6 +211,7 @@ class Layout(NamedTuple):
     guards: np.ndarray
     causes: np.ndarray  # of guards
     start_program: np.ndarray  # sets the start values of a batch's runs
+    mappings: np.ndarray  # pairs of values, one after the other
 
 
 def addresses_of(layout: Layout) -> np.ndarray:

@@ -6,7 +6,7 @@ They see every macro step, and both sides of every event.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -14,7 +14,6 @@ import numpy as np
 
 from shaper_fmu.errors import ModelError
 from shaper_fmu.master.layout import ENVELOPE, EXTREMES, METRIC, OUTSIDE, SQUARE
-from shaper_fmu.master.wiring import Port
 
 
 @dataclass(frozen=True)
@@ -143,11 +142,11 @@ class Effort(Metric):
         return np.where(passed, np.sqrt(gathered["sum"] / np.where(passed, span, 1.0)), np.abs(gathered["last"]))
 
 
-def metric_rows(metrics: Mapping[str, Metric], places: Mapping[Port, int]) -> np.ndarray:
-    """What the loop gathers for each metric, shape (n,), of type `METRIC`."""
+def metric_rows(metrics: Mapping[str, Metric], place: Callable[[str], int]) -> np.ndarray:
+    """What the loop gathers for each metric, shape (n,), of type `METRIC`; `place` tells where a variable is on the bus."""
     rows = np.zeros(len(metrics), METRIC)
     for row, metric in zip(rows, metrics.values(), strict=True):
-        found = [places[_port(name)] if name else -1 for name in metric.variables()]
+        found = [place(name) if name else -1 for name in metric.variables()]
         row["kind"], row["parameter"] = metric.kind, metric.parameter()
         row["place"], row["command"], row["rate"] = found
         row["rest"] = getattr(metric, "rest", getattr(metric, "target", 0.0))
@@ -175,8 +174,3 @@ def metric_variables(metrics: Mapping[str, Metric]) -> list[str]:
 def metric_values(metrics: Mapping[str, Metric], gathered: np.ndarray) -> dict[str, float]:
     """The values at the end of a run."""
     return {name: float(metric.values(gathered[i : i + 1])[0]) for i, (name, metric) in enumerate(metrics.items())}
-
-
-def _port(name: str) -> Port:
-    instance, _, variable = name.partition(".")
-    return instance, variable

@@ -61,7 +61,7 @@ class Program:
         self.linear_inputs = linear_inputs(instances, connections) if linear else []
         for port in self.linear_inputs:
             self._places[("held", *connections[port])] = len(self._places)
-        self._writer = TransferWriter(instances, {name: i for i, name in enumerate(self.names)}, system.scalings)
+        self._writer = TransferWriter(instances, {name: i for i, name in enumerate(self.names)}, system.scalings, system.mappings)
         self.signals = [
             (self._places[("signal", *port)], signal) for port, signal in system.signals.items() if not isinstance(signal, Table)
         ]
@@ -247,8 +247,11 @@ class Program:
         transfers["references"] = transfers["references"] * 4 + np.uint64(references.ctypes.data)
         bus, elements = np.zeros(max(1, len(self._places))), np.zeros(max(1, len(writer.places)), of.ELEMENT)
         transfers["elements"] = transfers["elements"] * of.ELEMENT.itemsize + np.uint64(elements.ctypes.data)
-        for element, place, (gain, shift) in zip(elements, writer.places, writer.scalings, strict=False):
-            element["bus"], element["gain"], element["shift"] = bus.ctypes.data + 8 * place, gain, shift
+        mappings = np.array([pair for mapping in writer.mappings for pair in mapping.items()] or [(0, 0)], float)
+        mapped = 0
+        for i, (place, scaling, pairs) in enumerate(zip(writer.places, writer.scalings, writer.mappings, strict=True)):
+            elements[i] = (bus.ctypes.data + 8 * place, *scaling, mappings.ctypes.data + 16 * mapped, len(pairs))
+            mapped += len(pairs)
         self.sources = writer.grouped
         for i, instance in enumerate(self.instances.values()):
             instances[i] = (*instance.entry_points(), memory.ctypes.data + answers + 64 * i, of.NO_EVENT)
@@ -273,7 +276,7 @@ class Program:
             jumps=np.unique(np.concatenate([table.jumps() for _, table in tables] or [np.empty(0)])),
             event_places=np.array([self._places[port] for port in self._event_ports], np.int32),
             recorded=np.array([self._places[port] for port in recorded], np.int32),
-            metrics=metric_rows(self._metrics, self._places),
+            metrics=metric_rows(self._metrics, lambda name: self._places[self.system.split(name)]),
             step_program=np.array(programs["step"], np.int32).reshape(-1, 2),
             exchange_program=np.array(programs["exchange"], np.int32).reshape(-1, 2),
             read_program=np.array(programs["read"], np.int32).reshape(-1, 2),
@@ -283,6 +286,7 @@ class Program:
             guards=np.array(self._guards, of.GUARD),
             causes=np.array(self._cause_codes or [0], np.int32),
             start_program=np.array(programs["start"], np.int32).reshape(-1, 2),
+            mappings=mappings.ravel(),
         )
 
 

@@ -18,7 +18,9 @@ from shaper_fmu.master.wiring import Loop, Port, instance_order, signal_order
 if TYPE_CHECKING:
     from shaper_fmu.master.results import Results
 
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
+_SOURCES = ("output", "local", "calculatedParameter", "constant")
+"""Causalities of variables that SSP lets feed inputs."""
 
 
 class System:
@@ -40,6 +42,7 @@ class System:
         self.start_values: dict[str, dict[str, float | int | bool]] = {}
         self.connections: dict[Port, Port] = {}  # input -> output
         self.scalings: dict[Port, tuple[float, float]] = {}  # input -> gain, offset, where they are not 1 and 0
+        self.mappings: dict[Port, dict[int, int]] = {}  # input -> what values of its output become, where they do not stay
         self.signals: dict[Port, Signal] = {}
         self.event_outputs: list[Port] = []
         self.without_event_mode: set[str] = set()
@@ -57,10 +60,12 @@ class System:
         """Add an instance of an FMU, given by its path or loaded, with start values of parameters and inputs.
 
         Values are given by keyword, or in the mapping `start` for names like "natural_frequency[2]"; a sequence sets
-        the first elements of an array; an item of an enumeration may be given by its name.
+        the first elements of an array; an item of an enumeration may be given by its name. Instances of nested systems have
+        names with dots, like "slide.valve".
         """
         if not _NAME.fullmatch(name):
-            raise ModelError([f"{name!r} is no name for an instance: letters, digits and _ only, not beginning with a digit"])
+            words = "letters, digits and _ only, not beginning with a digit (and dots between the names of nested systems)"
+            raise ModelError([f"{name!r} is no name for an instance: {words}"])
         if name in self.fmus:
             raise ModelError([f"there is already an instance {name!r}"])
         loaded = fmu if isinstance(fmu, Fmu) else load_fmu(fmu)
@@ -90,21 +95,44 @@ class System:
             if (factor * gain, factor * offset + shift) != (1.0, 0.0):
                 self.scalings[target_port] = (factor * gain, factor * offset + shift)
 
-    def _elements(self, source: str, target: str) -> list[tuple[Port, Port]]:
+    def connect_raw(
+        self, source: str, target: str, gain: float = 1.0, offset: float = 0.0, *, mapping: Mapping[int, int] | None = None
+    ) -> None:
+        """Connect as `connect`, but with units converted already: input = gain * output + offset, whatever they are.
+
+        The source may be a local variable or a calculated parameter, too, and an integer and an enumeration may be connected.
+        `mapping` is for booleans (0 and 1), integers and enumerations: what their values become; all others stay as they are.
+        """
+        for source_port, target_port in self._elements(source, target, _SOURCES):
+            self._check_free(target_port)
+            if {self._kind(source_port), self._kind(target_port)} != {"integer", "enumeration"}:
+                self._check_types(source_port, target_port, (gain, offset) != (1.0, 0.0))
+            if mapping and self._kind(target_port) == "real":
+                raise ModelError([f"{source} -> {target}: a mapping of values is not for real numbers"])
+            self.connections[target_port] = source_port
+            if (gain, offset) != (1.0, 0.0):
+                self.scalings[target_port] = (gain, offset)
+            if mapping:
+                self.mappings[target_port] = dict(mapping)
+
+    def _elements(self, source: str, target: str, sources: tuple[str, ...] = ("output",)) -> list[tuple[Port, Port]]:
         """The ports to connect: one pair, or one for each element of two arrays."""
         ends = []
-        for name, causality in ((source, "output"), (target, "input")):
+        for name, causalities in ((source, sources), (target, ("input",))):
             instance, variable = self.split(name)
             elements = self.fmus[instance].elements_of(variable)
             if elements == [variable]:
-                self._port(name, causality)  # raises if it has another causality
-            ends.append([self._port(f"{instance}.{element}", causality) for element in elements])
+                self._port(name, *causalities)  # raises if it has another causality
+            ends.append([self._port(f"{instance}.{element}", *causalities) for element in elements])
         if len(ends[0]) != len(ends[1]):
             raise ModelError([f"{source} has {len(ends[0])} elements but {target} has {len(ends[1])}; they cannot be connected"])
         return list(zip(*ends, strict=True))
 
+    def _kind(self, port: Port) -> str:
+        return kind_of(self.fmus[port[0]].variables[port[1]])
+
     def _check_types(self, source: Port, target: Port, scaled: bool) -> None:
-        kinds = [kind_of(self.fmus[port[0]].variables[port[1]]) for port in (source, target)]
+        kinds = [self._kind(source), self._kind(target)]
         fits = kinds[0] == kinds[1] or kinds == ["integer", "real"]
         if not fits or kinds[0] not in TRANSFERABLE:
             output, input_ = (self.fmus[p[0]].variables[p[1]].type for p in (source, target))
@@ -134,7 +162,7 @@ class System:
                     )
         for loop in self.signal_order()[1]:
             source = self.connections[loop[0]]
-            if kind_of(self.fmus[source[0]].variables[source[1]]) != "real":
+            if self._kind(source) != "real":
                 path = " -> ".join(f"{instance}.{variable}" for instance, variable in loop)
                 problems.append(f"a loop acts on itself without delay: {path}; only loops of real numbers can be solved")
         return problems
@@ -159,9 +187,23 @@ class System:
         with Simulation(self, record=options.pop("record", None), metrics=options.pop("metrics", None)) as simulation:
             return simulation.run(stop_time, step, **options)
 
+    def to_ssp(self, path: Path | str, **options: Any) -> Path:
+        """Write the system as an SSP archive that other tools run; see `write_system` in ssp/export.py for the options.
+
+        `stop_time`, `step` [s] and `algorithm` become the archive's default experiment.
+        """
+        from shaper_fmu.ssp.export import write_system
+
+        return write_system(self, path, **options)
+
     def signal_order(self) -> tuple[list[Port], list[Loop]]:
         """Connected inputs in the order in which values spread at initialization, and the algebraic loops."""
-        return signal_order(self.connections, lambda port: [(port[0], name) for name in self.fmus[port[0]].inputs_of(port[1])])
+
+        def inputs_of(port: Port) -> list[Port]:
+            fixed = self.fmus[port[0]].variables[port[1]].causality in ("calculatedParameter", "constant")
+            return [] if fixed else [(port[0], name) for name in self.fmus[port[0]].inputs_of(port[1])]
+
+        return signal_order(self.connections, inputs_of)
 
     def instance_order(self) -> list[str]:
         """The instances, sources before targets."""
@@ -206,11 +248,16 @@ class System:
         return unit, 1.0
 
     def split(self, name: str) -> Port:
-        """Instance and variable of "instance.variable". Raises ModelError for an unknown instance."""
+        """Instance and variable of "instance.variable", both of which may have dots. Raises ModelError for an unknown instance."""
         instance, _, variable = name.partition(".")
-        if instance not in self.fmus:
+        if instance in self.fmus and "." not in variable:
+            return instance, variable
+        places = [i for i, character in enumerate(name) if character == "." and name[:i] in self.fmus]
+        if not places:
             raise ModelError([f"{name!r}: there is no instance {instance!r}.{nearest(instance, self.fmus)}"])
-        return instance, variable
+        exact = [i for i in places if self.fmus[name[:i]].elements_of(name[i + 1 :])[0] in self.fmus[name[:i]].variables]
+        place = (exact or places)[-1]
+        return name[:place], name[place + 1 :]
 
     def _port(self, name: str, *causalities: str) -> Port:
         instance, variable = self.split(name)

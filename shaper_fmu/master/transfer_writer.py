@@ -33,12 +33,14 @@ class TransferWriter:
     instances: Mapping[str, Instance]
     numbers: dict[str, int]
     scaled: Mapping[Port, tuple[float, float]]
+    mapped: Mapping[Port, Mapping[int, int]]
     transfers: list[tuple[Any, ...]] = field(default_factory=list)
     labels: list[tuple[str, str, list[str]]] = field(default_factory=list)  # instance, function and elements of each transfer
     references: list[int] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
     grouped: list[list[int]] = field(default_factory=list)  # the places of each transfer
     scalings: list[tuple[float, float]] = field(default_factory=list)  # of the elements, as they are set
+    mappings: list[Mapping[int, int]] = field(default_factory=list)  # of the elements, too
     size: int = 0
 
     def transfer(self, verb: str, name: str, variables: Sequence[str], place: Callable[[str], int]) -> list[Operation]:
@@ -68,6 +70,7 @@ class TransferWriter:
         self.grouped.append([place(element) for element in elements])
         self.places += self.grouped[-1]
         self.scalings += [self.scaled.get((name, element), (1.0, 0.0)) for element in elements]
+        self.mappings += [self.mapped.get((name, element), {}) for element in elements]
         self.size += of.SIZES[kind] * len(elements)
         straight = version == 2 and kind == of.F8
         code = (of.SET2 if straight else of.SET) if verb == "Set" else (of.GET2 if straight else of.GET)

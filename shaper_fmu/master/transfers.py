@@ -35,18 +35,17 @@ from shaper_fmu.master.calls import (
     write_u8,
 )
 
-compiled = numba.njit(cache=True, nogil=True, error_model="numpy")
 inlined = numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=True)  # a system is many arguments
 
 
-def entry(function: Callable[..., Any]) -> Any:
-    """A compiled function that Python calls.
+def compiled(function: Callable[..., Any]) -> Any:
+    """A compiled function.
 
     Its name in numba's cache tells the sources of the whole loop: numba looks at one file at a time, and would take a function
-    that was compiled with another version of the others.
+    that was compiled with another version of the others, and with another layout.
     """
     function.__qualname__ += f"_{of.SOURCES_DIGEST}"
-    return compiled(function)
+    return numba.njit(cache=True, nogil=True, error_model="numpy")(function)
 
 
 _LARGEST_F4 = 3.4028234663852886e38
@@ -171,6 +170,17 @@ def _scaled(element):
     return read_f8(element + np.uintp(8)) * read_f8(read_u8(element)) + read_f8(element + np.uintp(16))
 
 
+@inlined
+def _mapped(element, value):
+    """What a value of a boolean, an integer or an enumeration becomes."""
+    at = read_u8(element + np.uintp(24))
+    for _ in range(read_u8(element + np.uintp(32))):
+        if read_f8(at) == value:
+            return read_f8(at + np.uintp(8))
+        at += np.uintp(16)
+    return value
+
+
 @compiled
 def set_values(transfers, control, number, t):
     """Set the inputs of a transfer from the bus, whatever their type."""
@@ -178,7 +188,7 @@ def set_values(transfers, control, number, t):
     size = np.uintp(_size(transfer.kind))
     at, e = transfer.values, transfer.elements
     for i in range(transfer.element_count):
-        value = _scaled(e)
+        value = _mapped(e, _scaled(e))
         if not math.isfinite(value):
             return fail(control, of.NOT_FINITE, 0, number, np.int64(i), t)
         if not _put(transfer.kind, at, value):

@@ -8,7 +8,7 @@ from shaper_fmu.master import layout as of
 from shaper_fmu.master.calls import fmi2_setup, fmi3_enter_initialization, simple_call, write_i8
 from shaper_fmu.master.compiled import FAULT, FINISHED, begin, first_row, initialize, run
 from shaper_fmu.master.execution import execute, opened
-from shaper_fmu.master.transfers import compiled, entry, judge
+from shaper_fmu.master.transfers import compiled, judge
 
 _RESET, _SETUP, _ENTER, _EXIT = 5, 6, 7, 8  # as faults.py counts the functions
 
@@ -77,7 +77,7 @@ def _one_run(address, control, in_event_mode, most):
     return run(address, control, most)
 
 
-@entry
+@compiled
 def whole_runs(address, controls, in_event_mode, most, places, rows, numbers, now, gathered):
     """Runs with the start values `rows`, shape (runs, values), for `places` on the bus; what the metrics gather goes to `gathered`.
 

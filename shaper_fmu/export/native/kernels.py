@@ -13,7 +13,7 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-from shaper_fmu.component import Component
+from shaper_fmu.component import Component, Variable
 from shaper_fmu.errors import BuildError, ShaperFmuError
 from shaper_fmu.export.cache import cached, digest
 from shaper_fmu.export.closure import packed_sources, source_file
@@ -24,6 +24,7 @@ _PLAIN_PROCESSOR = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "NUMB
 
 def kernel_files(component: type[Component]) -> dict[str, Path]:
     """Files with the IR that defines kernel_start and kernel_step. Raises BuildError for what does not compile."""
+    component = _with_own_kernels(component)
     compiler = Path(__file__).parent.parent / "compile.py"
     root, _ = packed_sources(component)
     key = digest(root, compiler.read_bytes(), version("numba"), version("llvmlite"), sys.version.split(".")[1])
@@ -35,6 +36,20 @@ def kernel_files(component: type[Component]) -> dict[str, Path]:
         return texts[kernel].encode()
 
     return {kernel: cached("kernels", f"{key}-{kernel}.ll", lambda kernel=kernel: text_of(kernel)) for kernel in ("start", "step")}
+
+
+def _with_own_kernels(component: type[Component]) -> type[Component]:
+    """The component itself, or what it stems from if it changes nothing but start values and the like: the kernels are those."""
+    base = component.__mro__[1]
+    made = ("variables", "messages", "_real_results", "_slopes", "_layout", "_digest")
+    own = [
+        name
+        for name, value in vars(component).items()
+        if not (name.startswith("__") or isinstance(value, Variable) or name in made)
+    ]
+    if own or not issubclass(base, Component) or base is Component or _layout(base) != _layout(component):
+        return component
+    return _with_own_kernels(base)
 
 
 def _compiled_elsewhere(component: type[Component]) -> dict[str, str]:

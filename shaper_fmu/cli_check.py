@@ -1,0 +1,45 @@
+"""The command `shaper-fmu check`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from shaper_fmu.console import out
+
+
+def check(
+    files: Annotated[list[Path], typer.Argument(help="FMUs (.fmu) and SSP archives (.ssp).")],
+    portable: Annotated[
+        bool, typer.Option("--portable", help="Tell also what of an SSP archive other tools ignore, refuse or do otherwise.")
+    ] = False,
+) -> None:
+    """Check FMUs and SSP archives; print every problem, one a line, with file and line.
+
+    Of an archive: the standard's schemas, and names, types, units, sources, parameters and loops, which they do not see.
+    """
+    found = False
+    for file in files:
+        for problem in _problems(file, portable):
+            found = True
+            out.print(f"{file}: {problem}", markup=False, highlight=False, soft_wrap=True)
+    if found:
+        raise typer.Exit(1)
+
+
+def _problems(file: Path, portable: bool) -> list[str]:
+    from shaper_fmu.errors import ModelError, ShaperFmuError
+    from shaper_fmu.master.fmu import fmu_problems
+    from shaper_fmu.ssp.check import check_ssp
+    from shaper_fmu.ssp.portable import portable_problems
+
+    try:
+        if file.suffix.lower() != ".ssp":
+            return fmu_problems(file)
+        return check_ssp(file) + (portable_problems(file) if portable else [])
+    except ModelError as error:
+        return error.problems
+    except ShaperFmuError as error:
+        return [str(error)]

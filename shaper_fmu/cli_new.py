@@ -1,0 +1,57 @@
+"""The commands `shaper-fmu new ...`: things to begin with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from shaper_fmu.console import err, out
+from shaper_fmu.progress import progress
+
+app = typer.Typer(no_args_is_help=True, help="Write something to begin with.")
+
+
+@app.callback()
+def _new() -> None:
+    """Write something to begin with: a system."""
+
+
+@app.command("system")
+def new_system(
+    plant: Annotated[Path, typer.Option(help="The plant (.fmu).")],
+    input_: Annotated[str, typer.Option("--input", help="The plant's input that is to be moved, such as a force.")],
+    output: Annotated[str, typer.Option(help="The plant's output to look at, such as a position.")],
+    output_file: Annotated[Path | None, typer.Option(help="Archive to write. Default: <plant>_shaped.ssp.")] = None,
+    shaper: Annotated[str, typer.Option(help="Shaper: none, zv, zvd, zvdd, zvddd, ei, ...")] = "zv",
+    natural_frequency: Annotated[
+        float | None, typer.Option(help="Natural frequency [rad/s]. Default: what the plant tells, or 2 pi.")
+    ] = None,
+    damping_ratio: Annotated[float | None, typer.Option(help="Damping ratio. Default: what the plant tells, or 0.")] = None,
+) -> None:
+    """Put a reference and the input shaper in front of a plant, as an SSP archive.
+
+    \b
+    Example:
+        shaper-fmu new system --plant crane.fmu --input trolley_acceleration --output swing_angle
+        shaper-fmu run crane_shaped.ssp --report shaped.html
+        shaper-fmu run crane_shaped.ssp --parameter-set unshaped --report unshaped.html
+    """
+    from shaper_fmu.ssp.template import SHAPERS, write_template
+
+    if shaper not in SHAPERS:
+        raise typer.BadParameter(f"{shaper!r} is none of {', '.join(SHAPERS)}", param_hint="--shaper")
+    for name, value in (("--natural-frequency", natural_frequency), ("--damping-ratio", damping_ratio)):
+        low, high = (0.0, 1e9) if name == "--natural-frequency" else (-1e-300, 1.0)
+        if value is not None and not low < value < high:
+            raise typer.BadParameter(f"{value} is not between {max(low, 0.0):g} and {high:g}", param_hint=name)
+    target = output_file or Path(f"{plant.stem}_shaped.ssp")
+    with progress("writing the system", err):
+        written = write_template(
+            plant, input_, output, target, kind=shaper, natural_frequency=natural_frequency, damping_ratio=damping_ratio
+        )
+    out.print(f"wrote {written.path}: profile.{written.profile_output} -> shaper -> plant.{input_}")
+    told = f"{shaper} for {written.natural_frequency:.6g} rad/s and the damping ratio {written.damping_ratio:.6g}"
+    out.print(told if written.known else f"{told}: the plant tells no natural frequency, so give --natural-frequency")
+    out.print(f"try: shaper-fmu run {written.path}, and the same with --parameter-set unshaped; look at plant.{output}")

@@ -1,0 +1,92 @@
+"""Components with other start values, so that an FMU begins as it is wanted where a tool cannot set that (libcosim and ecos
+set no enumerations).
+
+Such a component is a subclass, written as a Python file into the cache: every exporter treats it as one of the user's own,
+and the FMU's GUID follows from its source.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from shaper_fmu.component import Component, Variable
+from shaper_fmu.errors import ComponentError
+from shaper_fmu.export.cache import cached, digest
+from shaper_fmu.export.description_parts import summary
+from shaper_fmu.registry import load_components
+
+_BOOLEANS = {"true": True, "false": False}
+
+_SOURCE = '''\
+"""A component with other start values, written by shaper-fmu."""
+
+from {module} import {base}
+
+
+class {name}({base}):
+    """{summary}"""
+
+{lines}
+'''
+
+
+def with_start_values(component: type[Component], values: Mapping[str, Any], name: str = "") -> type[Component]:
+    """A component that differs from this one in start values of parameters and inputs, and in its name.
+
+    Args:
+        component: the component to start from.
+        values: by name ("profile", "natural_frequency[1]"): a value, its text, an item's name, or a sequence for an array.
+        name: what it is called; default: the component's name and the values, as in MotionProfile_s_curve.
+
+    Raises ComponentError for an unknown name, a wrong value, or a name that no FMU can have.
+    """
+    changed = component()
+    for variable, value in values.items():
+        changed.set(variable, _typed(component, variable, value))
+    changed.check_values("parameter", "input")
+    said = ", ".join(f"{variable} = {_text(value)}" for variable, value in values.items())
+    name = name or re.sub(r"\W+", "_", "_".join([component.__name__, *map(_text, values.values())])).strip("_")
+    if not name.isidentifier() or not name.isascii() or name == component.__name__:
+        raise ComponentError(f"{name!r} is no name for {component.__name__} with other start values: letters, digits and _ only")
+    found = [v for v in component.variables.values() if v.causality in ("parameter", "input")]
+    other = [v for v in found if getattr(changed, v.name) != v.start]
+    source = _SOURCE.format(
+        module=component.__module__,
+        base=component.__name__,
+        name=name,
+        summary=f"{summary(component).rstrip('.')}; start values: {said}.".replace("\\", "\\\\"),
+        lines="\n".join(
+            f"    {v.name} = {component.__name__}.variables[{v.name!r}].starting_at({_written(changed, v)})" for v in other
+        )
+        or "    pass",
+    )
+    path = cached("start_values", f"{name}_{digest(source)}.py", source.encode)
+    return next(found for found in load_components(Path(path)) if found.__name__ == name)
+
+
+def _typed(component: type[Component], name: str, value: Any) -> Any:
+    """A value given as text, as on the command line, in the variable's type; items keep their names."""
+    variable = component.variables.get(name.split("[")[0])
+    if not isinstance(value, str) or variable is None or variable.kind not in (float, int, bool):
+        return value
+    try:
+        return _BOOLEANS[value.lower()] if variable.kind is bool else variable.kind(value)
+    except (KeyError, ValueError):
+        raise ComponentError(f"{component.__name__}: {name} = {value!r} is not of type {variable.kind.__name__}") from None
+
+
+def _text(value: Any) -> str:
+    return str(getattr(value, "name", value))
+
+
+def _written(changed: Component, variable: Variable) -> str:
+    """The start value as Python source: numbers alone, since the file imports no types."""
+    value = getattr(changed, variable.name)
+    plain = [
+        int(item) if isinstance(item, int) and not isinstance(item, bool) else item
+        for item in (value if variable.size else [value])
+    ]
+    return repr(plain if variable.size else plain[0])

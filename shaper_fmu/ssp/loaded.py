@@ -1,0 +1,188 @@
+"""A system that was read from an SSP archive: the system that runs, and the names that the archive gives to its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from shaper_fmu.errors import ModelError, nearest
+from shaper_fmu.master.results import Results
+from shaper_fmu.master.signals import Interpolation
+from shaper_fmu.master.system import System
+from shaper_fmu.ssp.conversion import IDENTITY, Affine
+from shaper_fmu.ssp.document import Parameter, ParameterSet, SystemDescription
+from shaper_fmu.ssp.network import TARGETS, Network, Node
+from shaper_fmu.ssp.parameters import Settings, known_names, settings_of, targets
+
+_TYPES = {bool: "Boolean", int: "Integer", float: "Real", str: "String"}
+
+
+@dataclass(frozen=True)
+class SspSystem:
+    """A system read from an SSP archive.
+
+    Attributes:
+        system: what runs; nested components are instances called "sub.inner".
+        structure: the description that was read, with the default experiment.
+        digest: SHA-256 of the file.
+        parameter_sets: the files of the archive's folder of that name: file name -> content (see parameter_sets.py).
+        notes: what the standard lets pass, but people should know: values that are ignored, inputs that nothing feeds.
+        network: the connectors of all levels, and what leads where.
+        instances: the instances' names by the components' paths (they differ where a path is no name for an instance).
+    """
+
+    system: System
+    structure: SystemDescription
+    digest: str
+    parameter_sets: dict[str, bytes] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    network: Network = field(kw_only=True)
+    instances: dict[str, str] = field(kw_only=True)
+
+    @property
+    def inputs(self) -> list[str]:
+        """The root system's own inputs and parameters, which `set` takes."""
+        return [connector.name for connector in self.structure.system.connectors if connector.kind in TARGETS]
+
+    @property
+    def outputs(self) -> list[str]:
+        """The root system's own outputs that something feeds, which can be recorded."""
+        known = (c.name for c in self.structure.system.connectors if c.kind not in TARGETS)
+        return [name for name in known if Node("", name) in self.network.into]
+
+    def set(self, name: str, value: Any) -> None:
+        """Give a start value to all that a name means: "component.variable", or a connector of any of the systems.
+
+        A connector's value is in the connector's unit. Raises ModelError if nothing has the name, or something else feeds it.
+        """
+        root = self.network.flat.places[""]
+        if all(node.path in self.instances for node in targets(self.network, root, name)):
+            self._set_variable(name, value)
+            return
+        kind = _kind_of_text(value) if isinstance(value, str) else _TYPES.get(type(value), "Real")
+        parameter = Parameter(name, kind, str(value).lower() if kind == "Boolean" else str(value))
+        place = f"{name} = {value}"
+        try:
+            self.apply(settings_of(self.network, ParameterSet("", [parameter], file=place)))
+        except ModelError as error:
+            raise ModelError([problem.replace(f"{place}, line 0", place, 1) for problem in error.problems]) from None
+
+    def _set_variable(self, name: str, value: Any) -> None:
+        for path, instance in sorted(self.instances.items(), key=lambda item: -len(item[0])):
+            if name.startswith(f"{path}."):
+                self.system.set(f"{instance}.{name.removeprefix(f'{path}.')}", value)
+                return
+        names = known_names(self.network, self.network.flat.places[""])
+        element = name.split(".")[0]
+        known = [*self.inputs, *(place.element.name for place in self.network.flat.inside(""))]
+        raise ModelError([f"{name!r}: there is no instance {element!r}.{nearest(element, known) or nearest(name, names)}"])
+
+    def apply(self, settings: Settings) -> None:
+        """Set all these values, or none: then ModelError tells every problem, an input that something feeds among them."""
+        values, problems = self._checked(settings)
+        if problems:
+            raise ModelError(problems)
+        for instance, found in values:
+            self.system.start_values[instance].update(found)
+
+    def problems(self, settings: Settings) -> list[str]:
+        """What would be wrong with setting these values."""
+        return self._checked(settings)[1]
+
+    def _checked(self, settings: Settings) -> tuple[list[tuple[str, dict[str, float | int | bool]]], list[str]]:
+        """The start values by instance, and every problem."""
+        values, problems = [], [*settings.problems, *settings.notes]
+        for (path, variable), setting in settings.values.items():
+            instance = self.instances[path]
+            try:
+                self.system.check_settable(f"{instance}.{variable}")
+                values.append((instance, start_values_of(self.network, path, variable, setting.value)))
+            except ModelError as error:
+                problems += [f"{setting.file}, line {setting.line}: {problem}" for problem in error.problems]
+        return values, problems
+
+    def drive(self, name: str, source: Any, interpolation: Interpolation = "hold") -> None:
+        """Feed one of the system's own inputs from outside: a function of time, a number, or a table (see `System.drive`)."""
+        node = Node("", name)
+        if name not in self.inputs:
+            raise ModelError([f"the system has no input {name!r}.{nearest(name, self.inputs)}"])
+        for path in self.network.paths_from(node):
+            end = path[-1].target
+            port = f"{self.instances[end.path]}.{end.name}"
+            self.system.drive(port, source, interpolation)
+            gain = self.network.affine(list(path))
+            if gain != IDENTITY:
+                self.system.scalings[self.system.split(port)] = gain
+
+    def simulate(self, stop_time: float, step: float, *, record: Sequence[str] | None = None, **options: Any) -> Results:
+        """Run the system as `System.simulate` does; its own outputs are recorded under their names, in their units.
+
+        `record` may name "instance.variable" and outputs of the system; all of both if it is None.
+        """
+        own = {name: found for output in self.outputs for name, found in self._output(output).items()}
+        chosen, wanted = None, [record] if isinstance(record, str) else list(record or [])
+        if record is not None:
+            own = {name: found for name, found in own.items() if name in wanted or name.split("[")[0] in wanted}
+            outer = {*own, *(name.split("[")[0] for name in own)}
+            chosen = list(dict.fromkeys([*(name for name in wanted if name not in outer), *(port for port, _ in own.values())]))
+        results = self.system.simulate(stop_time, step, record=chosen, **options)
+        columns = {name: gain * results.values[port] + offset for name, (port, (gain, offset)) in own.items()}
+        kept = results.values
+        if record is not None:
+            kept = {name: column for name, column in kept.items() if name in wanted}
+        units = {name: self._unit(name.split("[")[0]) for name in own}
+        return replace(results, values={**kept, **columns}, units={**results.units, **units})
+
+    def _output(self, name: str) -> dict[str, tuple[str, Affine]]:
+        """An output of the system by name, or the elements of an array: the port it comes from, and its gain and offset."""
+        path = self.network.path_to(Node("", name))
+        source = path[0].source
+        if not self.network.is_variable(source):
+            return {}
+        affine = self.network.affine(path)
+        elements = self.network.fmus[source.path].elements_of(source.name)
+        return {
+            name + element.removeprefix(source.name) if len(elements) > 1 else name: (
+                f"{self.instances[source.path]}.{element}",
+                affine,
+            )
+            for element in elements
+        }
+
+    def _unit(self, output: str) -> str:
+        path = self.network.path_to(Node("", output))
+        unit = self.network.unit(path[0].source)
+        for wire in path:
+            unit = self.network.unit(wire.target) or unit
+        return unit.name if unit is not None else ""
+
+
+def start_values_of(network: Network, path: str, variable: str, value: Any) -> dict[str, float | int | bool]:
+    """The start values by scalar name that a value for a component's variable gives. Raises ModelError."""
+    fmu = network.fmus[path]
+    elements = fmu.elements_of(variable)
+    if elements == [variable]:
+        return fmu.start_values({variable: value})
+    values = list(np.atleast_1d(value)) if not isinstance(value, str) else [value]
+    if len(values) != len(elements):
+        raise ModelError([f"{path}.{variable} has {len(elements)} elements but is given {len(values)} values"])
+    found: dict[str, float | int | bool] = {}
+    for element, single in zip(elements, value if isinstance(value, list) else values, strict=True):
+        found |= fmu.start_values({element: single})
+    return found
+
+
+def _kind_of_text(text: str) -> str:
+    """The type that a text from a command line has: a number, a boolean, or an item's name."""
+    if text.lower() in ("true", "false"):
+        return "Boolean"
+    for kind, parse in (("Integer", int), ("Real", float)):
+        try:
+            parse(text)
+        except ValueError:
+            continue
+        return kind
+    return "Enumeration"

@@ -1,0 +1,57 @@
+"""Reading XML files of others: without document types, entities or network, and of no more than a bearable size."""
+
+from __future__ import annotations
+
+from xml.parsers import expat
+
+from lxml import etree
+
+from shaper_fmu.errors import ArchiveError
+
+MOST_BYTES = 100_000_000
+"""Size of the largest XML file that is parsed; the largest known model descriptions have some tens of millions."""
+
+
+class _PrologEnds(Exception):
+    """The first element begins."""
+
+
+def parse_xml(content: bytes, name: str) -> etree._Element:
+    """The root element; its elements know their lines.
+
+    A document type is refused before anything of it is read, since entities are declared in it. libxml2's own limits stay: 256
+    levels of elements, 10 million bytes in one text. Raises ArchiveError, which calls the file `name`.
+    """
+    if len(content) > MOST_BYTES:
+        raise ArchiveError(f"{name}: {len(content)} bytes of XML, more than the {MOST_BYTES} that are accepted")
+    _refuse_document_type(content, name)
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, remove_comments=True)
+    try:
+        root = etree.fromstring(content, parser)
+    except etree.XMLSyntaxError as error:
+        raise ArchiveError(f"{name}: not well-formed: {error.msg}") from None
+    if root.getroottree().docinfo.doctype:  # in an encoding that the other parser cannot read
+        raise _document_type(name)
+    return root
+
+
+def _refuse_document_type(content: bytes, name: str) -> None:
+    """Read as far as the first element by a parser that stops where a document type begins."""
+
+    def declared(*_of_it: object) -> None:
+        raise _document_type(name)
+
+    def begun(*_of_it: object) -> None:
+        raise _PrologEnds
+
+    parser = expat.ParserCreate()
+    parser.StartDoctypeDeclHandler = declared
+    parser.StartElementHandler = begun
+    try:
+        parser.Parse(content, True)
+    except (_PrologEnds, expat.ExpatError, LookupError, ValueError):  # what is wrong with it is told by the parser that reads it
+        return
+
+
+def _document_type(name: str) -> ArchiveError:
+    return ArchiveError(f"{name}: document type declarations (DTD) are not accepted: nothing in these formats needs entities")
