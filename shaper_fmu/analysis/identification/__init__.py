@@ -1,0 +1,17 @@
+"""Modes from free responses: poles, residues and their uncertainties, by a subspace method and maximum likelihood."""
+
+from shaper_fmu.analysis.identification.identify import identify, unexplained
+from shaper_fmu.analysis.identification.record import FreeResponse, IdentificationError, free_response
+from shaper_fmu.analysis.identification.result import Finding, Identification, Mode, OtherPole
+
+__all__ = [
+    "Finding",
+    "FreeResponse",
+    "Identification",
+    "IdentificationError",
+    "Mode",
+    "OtherPole",
+    "free_response",
+    "identify",
+    "unexplained",
+]

@@ -1,0 +1,158 @@
+"""A plant to experiment with: an FMU, or a system of FMUs, with one input to excite and outputs to look at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shaper_fmu.errors import ModelError, nearest
+from shaper_fmu.master.fmu import TRANSFERABLE, Fmu, kind_of, load_fmu
+from shaper_fmu.master.simulation import Simulation
+from shaper_fmu.master.system import System
+
+ALONE = "plant"
+"""Name of the instance of an FMU that is given alone."""
+_DEFAULT_DURATION = 10.0
+
+
+class Plant:
+    """An FMU or a system with an input and outputs; each run begins at the FMUs' reset, with its own start values.
+
+    Args:
+        source: an FMU's path, an `Fmu`, or a `System` whose input is free.
+        input: name of the input, "instance.variable" in a system.
+        outputs: names of the outputs; all real ones if none are named.
+        start_values: of an FMU given alone, as in `System.add`.
+
+    Inputs that nothing feeds keep their start values. Raises ModelError for wrong names, with the nearest one.
+    """
+
+    def __init__(
+        self,
+        source: System | Fmu | Path | str,
+        input: str,
+        outputs: Sequence[str] | None = None,
+        start_values: Mapping[str, Any] | None = None,
+    ):
+        self._system = source if isinstance(source, System) else _alone(source, start_values or {})
+        if isinstance(source, System) and start_values:
+            raise ModelError(["start values of a system are set in the system itself, by System.set"])
+        self.alone = not isinstance(source, System)
+        self.input = self._full(input)
+        port = self._system.split(self.input)
+        variable = self._system.fmus[port[0]].variable(port[1], "input")
+        if kind_of(variable) != "real":
+            raise ModelError([f"{self.input} is of type {variable.type}; only a real input can be excited"])
+        if port in self._system.connections or port in self._system.signals:
+            raise ModelError([f"{self.input} is fed already; the experiment needs an input that is free"])
+        found = self._system.ports([self._full(name) for name in outputs] if outputs else None)
+        self.outputs = [".".join(p) for p in found if kind_of(self._system.fmus[p[0]].variables[p[1]]) == "real"]
+        if not self.outputs:
+            raise ModelError([f"{self._system.name} has no real outputs to look at"])
+        self._bounds = [_number(variable.min), _number(variable.max), _number(variable.nominal), _number(variable.start)]
+
+    def _full(self, name: str) -> str:
+        """The name with the instance before it, which may be left out of a plant that is one FMU."""
+        if self.alone and name.partition(".")[0] != ALONE:
+            return f"{ALONE}.{name}"
+        return name
+
+    def _given(self, point: Mapping[str, Any]) -> dict[str, Any]:
+        return {self._full(name): value for name, value in point.items()}
+
+    @property
+    def units(self) -> list[str]:
+        """Units of the outputs, "" where there is none."""
+        return [self._system.unit(self._system.split(name)) for name in self.outputs]
+
+    @property
+    def input_unit(self) -> str:
+        """Unit of the input, "" if it has none."""
+        return self._system.unit(self._system.split(self.input))
+
+    @property
+    def coupled(self) -> bool:
+        """Whether its FMUs are connected with each other, so that the communication step matters."""
+        return bool(self._system.connections)
+
+    @property
+    def duration_hint(self) -> float:
+        """The longest default experiment of its FMUs [s]; 10 s if they tell none."""
+        told = [fmu.description.defaultExperiment for fmu in self._system.fmus.values()]
+        stops = [_number(one.stopTime) for one in told if one is not None]
+        return max((stop for stop in stops if stop is not None and stop > 0.0), default=_DEFAULT_DURATION)
+
+    def rest_value(self, point: Mapping[str, Any]) -> float:
+        """The input's value at an operating point: what it is given there, else its start value, else 0."""
+        instance, variable = self._system.split(self.input)
+        given = {**self._system.start_values[instance], **self._system.fmus[instance].start_values(self._own(instance, point))}
+        return float(given.get(variable, self._bounds[3] or 0.0))
+
+    def _own(self, instance: str, point: Mapping[str, Any]) -> dict[str, Any]:
+        names = {name: self._system.split(name) for name in self._given(point)}
+        return {names[name][1]: value for name, value in self._given(point).items() if names[name][0] == instance}
+
+    def first_amplitude(self, rest: float) -> float:
+        """An amplitude to begin with: a twentieth of the input's range, its nominal value, a tenth of its rest value, or 1."""
+        low, high, nominal, _ = self._bounds
+        if low is not None and high is not None and 0.0 < high - low < 1e30:
+            return 0.05 * (high - low)
+        return nominal or 0.1 * abs(rest) or 1.0
+
+    def run(
+        self, table: np.ndarray, stop_time: float, step: float, point: Mapping[str, Any], substeps: int = 1
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Times (n,) and outputs (n, m) at every `step`, for an input held at the `table`'s (time, value), rows of shape (k, 2).
+
+        The communication step is step / substeps; where FMUs are coupled, their inputs are linear over it as far as they can.
+        """
+        system = _copy(self._system)
+        given = self._given(point)
+        given.pop(self.input, None)
+        known = {f"{name}.{variable}" for name, values in system.start_values.items() for variable in values}
+        unknown = [name for name in given if name.partition(".")[0] not in system.fmus]
+        if unknown:
+            raise ModelError([f"{name!r}: there is no such instance.{nearest(name, known)}" for name in unknown])
+        instance, variable = system.split(self.input)
+        system.start_values[instance].pop(variable, None)
+        system.drive(self.input, table)
+        with Simulation(system, record=self.outputs) as simulation:
+            found = simulation.run(
+                stop_time, step / substeps, start_values=given,
+                algorithm="gauss_seidel" if self.coupled else "jacobi", interpolation="linear" if self.coupled else "hold",
+            )  # fmt: skip
+        values = np.column_stack([found[name] for name in self.outputs])
+        return found.time[::substeps], values[::substeps]
+
+
+def _alone(source: Fmu | Path | str, start_values: Mapping[str, Any]) -> System:
+    """A system of one FMU."""
+    fmu = source if isinstance(source, Fmu) else load_fmu(source)
+    system = System(fmu.name)
+    system.add(ALONE, fmu, start_values)
+    for variable in fmu.variables.values():
+        if variable.causality == "input" and kind_of(variable) in TRANSFERABLE and variable.name not in system.start_values[ALONE]:
+            system.set(f"{ALONE}.{variable.name}", variable.start if variable.start is not None else 0)
+    return system
+
+
+def _copy(system: System) -> System:
+    """A system with the same FMUs, wiring and values, which can be changed without changing the other."""
+    copy = System(system.name)
+    copy.fmus, copy.connections, copy.scalings = dict(system.fmus), dict(system.connections), dict(system.scalings)
+    copy.mappings = dict(system.mappings)
+    copy.start_values = {name: dict(values) for name, values in system.start_values.items()}
+    copy.signals, copy.event_outputs = dict(system.signals), list(system.event_outputs)
+    copy.without_event_mode = set(system.without_event_mode)
+    return copy
+
+
+def _number(text: Any) -> float | None:
+    try:
+        value = float(text)
+    except (TypeError, ValueError):
+        return None
+    return value if np.isfinite(value) else None

@@ -1,0 +1,175 @@
+"""Responses to excitations at an operating point: how long it takes to rest, how large an amplitude may be, how short a step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from shaper_fmu.errors import SimulationError
+from shaper_fmu.tune.experiment_excitation import Excitation
+from shaper_fmu.tune.experiment_plant import Plant
+
+LINEAR = 1e-4
+"""Nonlinearity that is small enough, where it can be had."""
+TOLERATED = 0.02
+"""Nonlinearity from which on the plant is called too nonlinear."""
+_HALF = 0.47
+_LOOKED = 200
+_HUGE = 1e100
+_DECADES = 9
+_MOST_DOUBLINGS = 7
+_AT_REST = 1e-3
+_COUPLING = 1e-5
+_MOST_SUBSTEPS = 256
+
+
+@dataclass(frozen=True)
+class Response:
+    """How much the outputs differ from those without excitation.
+
+    Attributes:
+        time: from the first sample after the excitation's end on [s], shape (n,).
+        values: shape (n, m), in the outputs' units.
+        error: RMS of what does not scale with the amplitude, as far as it is tolerated, shape (m,).
+        nonlinearity: that RMS over the RMS of the response, in the worst output that moves.
+        coupling: what halving the communication step changes of the response, relative, where FMUs are coupled; else 0.
+        excitation: that was applied.
+    """
+
+    time: np.ndarray
+    values: np.ndarray
+    error: np.ndarray
+    nonlinearity: float
+    coupling: float
+    excitation: Excitation
+
+
+@dataclass
+class Experiment:
+    """Runs of a plant at one operating point; runs without excitation are kept."""
+
+    plant: Plant
+    point: Mapping[str, Any]
+    settle_time: float = 0.0
+    _rests: dict[tuple[float, ...], np.ndarray] = field(default_factory=dict)
+
+    @property
+    def rest(self) -> float:
+        """The input's value at rest."""
+        return self.plant.rest_value(self.point)
+
+    def settle(self, look: float) -> str | None:
+        """Find how long it takes until the outputs rest over `look` [s]; a sentence if they do not."""
+        moved = np.ones((1, 3))
+        for k in range(_MOST_DOUBLINGS + 1):
+            settled = (2.0**k - 1.0) * look
+            moved = self._motion(settled, look)
+            if (moved[:, 0] <= (_AT_REST * moved[:, 1] if k else 1e-9 * moved[:, 2])).all():
+                self.settle_time = settled
+                return None
+        self.settle_time = 0.0
+        worst = int(np.argmax(moved[:, 0] / np.maximum(moved[:, 1], 1e-300)))
+        return (
+            f"the plant does not come to rest: without excitation {self.plant.outputs[worst]} still moves by "
+            f"{moved[worst, 0]:.3g} {self.plant.units[worst]} in the last {look:g} s of {2.0**_MOST_DOUBLINGS * look:g} s; "
+            "responses are differences to that motion"
+        )
+
+    def _motion(self, settled: float, look: float) -> np.ndarray:
+        """Peak-to-peak values over `look` after `settled` [s] and over all, and the magnitude, without excitation; shape (m, 3)."""
+        rest = np.array([[0.0, self.rest]])
+        step = look / _LOOKED
+        values = self.plant.run(rest, settled + look, step, self.point)[1]
+        size = np.maximum(np.abs(values).max(axis=0), 1e-300)
+        late = np.ptp(values[round(settled / step) :], axis=0)
+        return np.column_stack([late, np.maximum(np.ptp(values, axis=0), 1e-9 * size), size])
+
+    def excitation(self, kind: Any, amplitude: float, width: float, grid: float) -> Excitation:
+        """An excitation once the plant has settled, at a multiple of the `grid` [s]."""
+        start = math.ceil(self.settle_time / grid - 1e-9) * grid
+        return Excitation(kind, amplitude, width, start, self.rest, grid)
+
+    def difference(self, excitation: Excitation, step: float, samples: int, substeps: int = 1) -> np.ndarray:
+        """Outputs less those without excitation from a step after its end on, shape (samples, m). The end is on the grid."""
+        first = round(excitation.end / step) + 1
+        stop = (first + samples - 1) * step
+        key = (step, stop, substeps, excitation.rest)
+        if key not in self._rests:
+            if len(self._rests) > 8:
+                self._rests.clear()
+            unexcited = np.array([[0.0, excitation.rest]])
+            self._rests[key] = self.plant.run(unexcited, stop, step, self.point, substeps)[1]
+        excited = self.plant.run(excitation.table(), stop, step, self.point, substeps)[1]
+        return np.clip((excited - self._rests[key])[first : first + samples], -_HUGE, _HUGE)
+
+    def rounding(self) -> np.ndarray:
+        """Size of the outputs' rounding errors in the runs without excitation, shape (m,)."""
+        sizes = [np.abs(values).max(axis=0) for values in self._rests.values()]
+        return 4.0 * np.finfo(float).eps * np.max(sizes, axis=0)
+
+    def respond(self, excitation: Excitation, step: float, samples: int, *, search: bool = True) -> Response:
+        """The response at an amplitude that is as large as linearity allows: from the given one down by factors of 10.
+
+        Without `search` at the given amplitude. Raises SimulationError if every amplitude makes the plant fail.
+        """
+        best: Response | None = None
+        failure: SimulationError | None = None
+        for k in range(_DECADES if search else 1):
+            weaker = replace(excitation, amplitude=excitation.amplitude * 10.0**-k)
+            try:
+                found = self._halved(weaker, step, samples)
+            except SimulationError as error:
+                failure = error
+                continue
+            if best is None or found.nonlinearity < 0.5 * best.nonlinearity:
+                best = found
+            elif found.nonlinearity > 2.0 * best.nonlinearity:
+                break  # rounding and solvers' errors weigh more and more
+            if best.nonlinearity <= LINEAR:
+                break
+        if best is None:
+            assert failure is not None
+            raise failure
+        return best
+
+    def _halved(self, excitation: Excitation, step: float, samples: int) -> Response:
+        """The response, and what of it is not in proportion to the response to about half the amplitude.
+
+        Not to half of it: all roundings are the same then, and would not be seen.
+        """
+        whole = self.difference(excitation, step, samples)
+        half = self.difference(replace(excitation, amplitude=_HALF * excitation.amplitude), step, samples)
+        error = np.hypot(_rms(whole - half / _HALF), self.rounding())
+        size = _rms(whole)
+        moves = size > 1e-9 * np.max(size, initial=0.0)
+        share = float(np.max(error[moves] / size[moves])) if moves.any() else 0.0
+        error = np.minimum(error, TOLERATED * size)  # beyond, a finding tells of it, and the fit shall see the response
+        time = step * np.arange(samples)
+        return Response(time, whole, error, share, 0.0, excitation)
+
+    def converged(self, found: Response, step: float) -> Response:
+        """The response with communication steps so short that they do not matter, by halving and Richardson's extrapolation."""
+        samples, substeps, order = len(found.values), 1, 0
+        coarse, previous = found.values, 0.0
+        while True:
+            substeps *= 2
+            fine = self.difference(found.excitation, step, samples, substeps)
+            change = float(np.max(_rms(fine - coarse) / np.maximum(_rms(fine), 1e-300)))
+            if 0.0 < change < previous:
+                order = round(math.log2(previous / change))
+            if change < _COUPLING or substeps >= _MOST_SUBSTEPS:
+                break
+            coarse, previous = fine, change
+        if order in (1, 2):
+            gain = 1.0 / (2.0**order - 1.0)
+            fine, change = fine + gain * (fine - coarse), gain * change
+        error = np.hypot(found.error, 0.1 * change * _rms(fine))
+        return replace(found, values=fine, error=error, coupling=change)
+
+
+def _rms(values: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.mean(values * values, axis=0))
