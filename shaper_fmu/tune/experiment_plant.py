@@ -37,7 +37,7 @@ class Plant:
         outputs: Sequence[str] | None = None,
         start_values: Mapping[str, Any] | None = None,
     ):
-        self._system = source if isinstance(source, System) else _alone(source, start_values or {})
+        self._system = source if isinstance(source, System) else alone_system(source, start_values or {})
         if isinstance(source, System) and start_values:
             raise ModelError(["start values of a system are set in the system itself, by System.set"])
         self.alone = not isinstance(source, System)
@@ -109,7 +109,7 @@ class Plant:
 
         The communication step is step / substeps; where FMUs are coupled, their inputs are linear over it as far as they can.
         """
-        system = _copy(self._system)
+        system = copied(self._system)
         given = self._given(point)
         given.pop(self.input, None)
         known = {f"{name}.{variable}" for name, values in system.start_values.items() for variable in values}
@@ -128,8 +128,8 @@ class Plant:
         return found.time[::substeps], values[::substeps]
 
 
-def _alone(source: Fmu | Path | str, start_values: Mapping[str, Any]) -> System:
-    """A system of one FMU."""
+def alone_system(source: Fmu | Path | str, start_values: Mapping[str, Any]) -> System:
+    """A system of one FMU, whose free inputs have their start values."""
     fmu = source if isinstance(source, Fmu) else load_fmu(source)
     system = System(fmu.name)
     system.add(ALONE, fmu, start_values)
@@ -139,7 +139,7 @@ def _alone(source: Fmu | Path | str, start_values: Mapping[str, Any]) -> System:
     return system
 
 
-def _copy(system: System) -> System:
+def copied(system: System) -> System:
     """A system with the same FMUs, wiring and values, which can be changed without changing the other."""
     copy = System(system.name)
     copy.fmus, copy.connections, copy.scalings = dict(system.fmus), dict(system.connections), dict(system.scalings)

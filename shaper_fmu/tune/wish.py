@@ -1,0 +1,72 @@
+"""What the user wants of a shaper."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from shaper_fmu.errors import ComponentError, nearest
+from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind
+from shaper_fmu.shapers.kinds import Shaper
+
+NEGATIVE = ("um_zv", "um_zvd", "um_ei", "sna_zv")
+"""Shapers with negative impulses: the actuator must follow jumps that are larger than the command's."""
+POSITIVE = tuple(item.name for item in Shaper if item.name not in (*NEGATIVE, "none", "custom"))
+OFFLINE = ("si", "direct_zv", "direct_zvd")
+PROFILES = tuple(item.name for item in ProfileKind if item is not ProfileKind.step)
+KNOWN = (*POSITIVE, *NEGATIVE, *OFFLINE, *PROFILES)
+
+
+@dataclass(frozen=True)
+class Move:
+    """A rest-to-rest move: distance [m] and limits [m/s, m/s2], as those of `profile`; 1e300 for none."""
+
+    distance: float
+    max_velocity: float = NO_LIMIT
+    max_acceleration: float = NO_LIMIT
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.distance) and self.distance != 0.0):
+            raise ComponentError(f"a move over {self.distance:g} m: the distance must be finite and not 0")
+        if not (self.max_velocity > 0.0 and self.max_acceleration > 0.0):
+            raise ComponentError("limits of a move must be positive")
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What a shaper shall do.
+
+    Attributes:
+        tolerance: residual vibration at the end of the command, as a share of what the unshaped step excites at its time (V of
+            Singer and Seering 1990), 0 < tolerance < 1.
+        longest_delay: how much later than the unshaped command the shaped one may end [s].
+        frequency_margin, damping_margin: what is added to each mode's range on both sides, as a share of its ends: 0.1 for 10 %.
+        allow_negative: whether impulses may be negative.
+        kinds: the shapers and profiles to choose from, names of `KNOWN`; None for all.
+        move: a move that the command makes; None for any command.
+    """
+
+    tolerance: float = 0.05
+    longest_delay: float = math.inf
+    frequency_margin: float = 0.0
+    damping_margin: float = 0.0
+    allow_negative: bool = False
+    kinds: tuple[str, ...] | None = None
+    move: Move | None = None
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.tolerance < 1.0:
+            raise ComponentError(f"tolerance = {self.tolerance:g} is outside its domain 0 < tolerance < 1")
+        if not self.longest_delay >= 0.0:
+            raise ComponentError(f"longest_delay = {self.longest_delay:g} s: it cannot be negative")
+        for kind in self.kinds or ():
+            if kind not in KNOWN:
+                raise ComponentError(f"there is no shaper or profile {kind!r}.{nearest(kind, KNOWN)}")
+            if kind in NEGATIVE and not self.allow_negative:
+                raise ComponentError(f"{kind} has negative impulses; allow them (allow_negative), or leave it out")
+
+    def wants(self, kind: str) -> bool:
+        """Whether this kind is to be considered."""
+        if self.kinds is not None:
+            return kind in self.kinds
+        return kind not in NEGATIVE or self.allow_negative
