@@ -30,7 +30,7 @@ from shaper_fmu.sweep.study import Study
 from shaper_fmu.sweep.variation import Vary
 
 RUNS, STEPS, STEP = 10_000, 1000, 0.01
-PARALLEL_RUNS = 12_000
+PARALLEL_RUNS = 30_000
 TURNS = 5
 PEER_RUNS = 40
 """Of the peer in a turn, spread over the plan; the rest is extrapolated."""
