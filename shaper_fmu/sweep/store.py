@@ -125,7 +125,7 @@ class Store:
                 self._plan(study, provenance)
             elif self._value("format") != str(FORMAT):
                 raise StudyError(f"{self.path}: written by another version of shaper-fmu; sweep again into another store")
-            self._study = self._stored_study()
+            self._study = self._stored_study() if study is None else study  # whose points may be there already
         except sqlite3.DatabaseError as error:
             self._database.close()
             raise StudyError(f"{self.path}: not a sweep's store: {error}") from None
