@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from shaper_fmu.analysis.response import command_end, residual_amplitude
-from shaper_fmu.errors import ModelError
+from shaper_fmu.errors import ModelError, SimulationError
+from shaper_fmu.master.batch import Batch, Plan
 from shaper_fmu.master.metrics import Effort, Envelope, Final, Overshoot, Peak, Residual, SettlingTime
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
@@ -80,6 +81,30 @@ def test_without_a_record_the_metrics_are_the_same(step_response):
     assert runs[0].metrics == runs[1].metrics
     assert runs[1].metrics["final"] == runs[1]["plant.position"][-1]
     assert runs[1].metrics["peak"] == np.max(np.abs(runs[1]["plant.velocity"]))
+
+
+def test_a_batch_gives_the_metrics_of_single_runs_to_the_bit_and_tells_what_fails(fmus):
+    """Every metric over three stiffnesses, together in one compiled call and one by one; then a command that has not ended."""
+    system = System()
+    system.add("shaper", fmus / "InputShaper.fmu", shaper="zv", natural_frequency=[W], command=W * W)
+    system.add("plant", fmus / "MassSpringDamper.fmu", mass=1.0, damping=0.5)
+    system.connect("shaper.shaped", "plant.force")
+    position, command = "plant.position", "shaper.shaped"
+    metrics = {
+        "final": Final(position), "peak": Peak(position), "overshoot": Overshoot(position), "effort": Effort(command),
+        "residual": Residual(position, command), "envelope": Envelope(position, command, "plant.velocity", W, 1.0),
+        "settling": SettlingTime(position, 1.0, 0.2), "unsettled": SettlingTime(position, 5.0, 0.2),
+    }  # fmt: skip
+    varied = [{"plant.stiffness": factor * W * W} for factor in (0.8, 1.0, 1.3)]
+    with Simulation(system, record=[], metrics=metrics) as simulation:
+        single = [simulation.run(4.0, 0.01, start_values=values).metrics for values in varied]
+    assert [run["unsettled"] for run in single] == [math.inf] * 3
+    with Batch(system, Plan(4.0, 0.01), metrics, ["plant.stiffness"]) as batch:
+        assert [batch.run(values) for values in varied] == single
+        assert batch.run_rows(batch.rows(varied)) == [tuple(run.values()) for run in single]
+    end = math.pi / W  # of the shaped command: the last jump is at the run's last point
+    with Batch(system, Plan(end, end / 10), metrics, []) as batch, pytest.raises(SimulationError, match="has not come to its end"):
+        batch.run({})
 
 
 @pytest.mark.parametrize(
