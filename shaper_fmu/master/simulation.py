@@ -32,6 +32,8 @@ from shaper_fmu.master.wiring import Port
 
 _MOST_STEPS = 1e8
 _CHUNK_SECONDS = 0.1
+_GROWTH = 256
+"""How many times as many steps are taken at once, at most, as were taken before: they may become slower."""
 Progress = Callable[[float], None]
 """Called now and then with the simulated time [s]."""
 
@@ -169,7 +171,7 @@ class Simulation:
         _record_into(control, times, record)
         control.at_grid = 1
         compiled.first_row(program.address, control)
-        most = 1 if program.signals else 16
+        most = 1
         while True:
             begin = time.perf_counter()
             try:
@@ -194,7 +196,7 @@ class Simulation:
                 not program.signals and controller is None
             ):  # so long that Python costs nothing, so short that people see progress and can interrupt
                 fitting = most * _CHUNK_SECONDS / max(1e-6, time.perf_counter() - begin)
-                most = max(1, min(1 << 24, 16 * most, int(fitting)))
+                most = max(1, min(1 << 24, _GROWTH * most, int(fitting)))
             if progress is not None:
                 progress(float(control.t))
         if progress is not None:
@@ -247,21 +249,18 @@ class Simulation:
         solve_loops(program.loops, program.layout.bus, program.cut_places(), exchange)
 
     def _results(self, program: Program, control: Any, times: np.ndarray, record: np.ndarray, notes: tuple[str, ...]) -> Results:
-        """What has been recorded so far; times on the grid are told by the grid, without rounding of sums."""
-        times, record = times[: control.rows], record[: control.rows]
+        """What has been recorded so far."""
+        times, columns = times[: control.rows], np.ascontiguousarray(record[: control.rows].T)
         notes = (*notes, *warning_notes(program, self.instances, control))
-        if not control.everywhere:
-            times = control.start + control.step * np.arange(control.rows)
-            times[control.steps :] = control.stop
         names = [".".join(port) for port in self._recorded]
         units = {name: self.system.unit(port) for name, port in zip(names, self._recorded, strict=True)}
         displays = {name: self.system.display_unit(port) for name, port in zip(names, self._recorded, strict=True)}
-        for name, column in zip(names, record.T, strict=True):
-            if np.isnan(column).any():
+        for name, column in zip(names, columns, strict=True):
+            if np.isnan(column.min(initial=0.0)):
                 notes = (*notes, f"{name} is no number from t = {times[np.isnan(column).argmax()]:.15g} s on")
         return Results(
             times,
-            dict(zip(names, record.T.copy(), strict=True)),
+            dict(zip(names, columns, strict=True)),
             units,
             displays,
             notes,
