@@ -33,6 +33,17 @@ if TYPE_CHECKING:
     from shaper_fmu.sweep.engine import run_study
     from shaper_fmu.sweep.store import Store
     from shaper_fmu.sweep.study import Study, read_study
+    from shaper_fmu.tune.boxes import ModeBox, mode_boxes
+    from shaper_fmu.tune.choice import Choice, choose
+    from shaper_fmu.tune.experiment import PlantIdentification, experiment
+    from shaper_fmu.tune.experiment_range import PlantModes, identify_plant, operating_points
+    from shaper_fmu.tune.measured import MeasuredIdentification, identify_measured
+    from shaper_fmu.tune.outputs import write_tuning
+    from shaper_fmu.tune.tuning import Tuning, wish_for
+    from shaper_fmu.tune.tuning_measured import tune_measured
+    from shaper_fmu.tune.tuning_plant import tune_plant
+    from shaper_fmu.tune.verify import Verification, verify
+    from shaper_fmu.tune.wish import Move, Wish
 
 __version__ = "0.1.0"
 
@@ -61,6 +72,17 @@ _HOMES = {
     "sweep.engine": ["run_study"],
     "sweep.store": ["Store"],
     "sweep.study": ["Study", "read_study"],
+    "tune.boxes": ["ModeBox", "mode_boxes"],
+    "tune.choice": ["Choice", "choose"],
+    "tune.experiment": ["PlantIdentification", "experiment"],
+    "tune.experiment_range": ["PlantModes", "identify_plant", "operating_points"],
+    "tune.measured": ["MeasuredIdentification", "identify_measured"],
+    "tune.outputs": ["write_tuning"],
+    "tune.tuning": ["Tuning", "wish_for"],
+    "tune.tuning_measured": ["tune_measured"],
+    "tune.tuning_plant": ["tune_plant"],
+    "tune.verify": ["Verification", "verify"],
+    "tune.wish": ["Move", "Wish"],
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
@@ -68,6 +90,7 @@ __all__ = [
     "Band",
     "Batch",
     "Calculated",
+    "Choice",
     "Component",
     "Effort",
     "Envelope",
@@ -75,13 +98,18 @@ __all__ = [
     "ImpulseSequence",
     "Input",
     "Local",
+    "MeasuredIdentification",
     "ModalResponse",
+    "ModeBox",
     "ModeSet",
+    "Move",
     "Output",
     "Overshoot",
     "Parameter",
     "Peak",
     "Plan",
+    "PlantIdentification",
+    "PlantModes",
     "Profile",
     "PulseSequence",
     "Residual",
@@ -94,18 +122,27 @@ __all__ = [
     "Store",
     "Study",
     "System",
+    "Tuning",
+    "Verification",
+    "Wish",
     "build_fmu",
     "carrier_pulses",
+    "choose",
     "components",
     "damping_curve",
     "direct_two_mode",
     "distance_to_floor",
+    "experiment",
     "find_component",
     "fmu_path",
+    "identify_measured",
+    "identify_plant",
     "insensitivity",
     "minimax_pulses",
     "modal_response",
+    "mode_boxes",
     "mode_sets",
+    "operating_points",
     "polished_pulses",
     "profile",
     "read_modes",
@@ -119,7 +156,12 @@ __all__ = [
     "specified_insensitivity",
     "step_response",
     "tolerated_band",
+    "tune_measured",
+    "tune_plant",
     "unity_magnitude_pulses",
+    "verify",
+    "wish_for",
+    "write_tuning",
     "zv_carrier_pulses",
 ]
 

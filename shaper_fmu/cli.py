@@ -17,6 +17,7 @@ from shaper_fmu.cli_design import design
 from shaper_fmu.cli_new import app as new
 from shaper_fmu.cli_reproduce import reproduce
 from shaper_fmu.cli_sweep import export_store, report_store, sweep
+from shaper_fmu.cli_tune import tune
 from shaper_fmu.console import err, out
 from shaper_fmu.errors import ModelError, ShaperFmuError
 from shaper_fmu.master.algorithms import Algorithm
@@ -67,6 +68,7 @@ app.command("build")(build)
 app.command("check")(check)
 app.command("design")(design)
 app.command("reproduce")(reproduce)
+app.command("tune")(tune)
 app.command("sweep")(sweep)
 app.command("report")(report_store)
 app.command("export")(export_store)

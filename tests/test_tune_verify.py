@@ -6,14 +6,17 @@ import math
 
 import numpy as np
 import pytest
+from three_mass_loop import DAMPING, KD, KP, MASS, STIFFNESS, response
 
 from shaper_fmu import System, fmu_path
-from shaper_fmu.errors import ComponentError, ModelError, SimulationError
+from shaper_fmu.errors import ComponentError, ModelError
 from shaper_fmu.shapers.design import shaper
+from shaper_fmu.shapers.sequence import ImpulseSequence
 from shaper_fmu.tune.boxes import ModeBox, mode_boxes
 from shaper_fmu.tune.choice import Candidate, choose
 from shaper_fmu.tune.experiment_range import identify_plant
 from shaper_fmu.tune.verify import Verification, verify
+from shaper_fmu.tune.verify_command import Command
 from shaper_fmu.tune.wish import Move, Wish
 
 W = 10.0
@@ -75,7 +78,7 @@ def test_the_plant_in_a_system_at_an_operating_point():
     system.set("body.damping", 4.0)  # with it the body has come to rest under the force of 30 before the step
     candidate = choose([ModeBox.around(W, 0.2)], Wish(kinds=("zvd",)), floor=False).candidates[1]
     found = verify(
-        system, "body.force", ["body.position"], candidate, BOXES, {}, rest=30.0, amplitude=-2.0, settle_time=8.0
+        system, "body.force", ["body.position"], candidate, BOXES, {}, command=Command(30.0, -2.0, 8.0)
     )  # fmt: skip
     assert found.worst == found.nominal
     assert found.points == (found.nominal,)
@@ -111,8 +114,8 @@ def test_what_makes_no_sense_is_refused():
         verified("zvd", {"mas": 0.1})
     with pytest.raises(ModelError, match="cannot vary"):
         verified("zvd", {"damping": 0.1})
-    with pytest.raises(SimulationError, match="no output vibrates"):
-        verified("zvd", {}, amplitude=0.0)
+    with pytest.raises(ComponentError, match="no output vibrates"):
+        verified("zvd", {}, command=Command(amplitude=0.0))
     candidate = choose(BOXES, Wish(move=Move(1.0), kinds=("cycloid",))).candidates[0]
     with pytest.raises(ComponentError, match="no shaper"):
         verify(fmu_path("MassSpringDamper"), "force", ["position"], candidate, BOXES, {})
@@ -134,3 +137,36 @@ def test_boxes_come_from_experiments():
     assert choice.recommended is not None
     tolerance = choice.recommended.start_values()["vibration_tolerance"]
     assert choice.recommended.sequence == shaper("ei", *box.centre, vibration_tolerance=tolerance)
+
+
+def test_a_plant_that_swings_before_the_step_is_refused_with_numbers():
+    """Released at 0 under a constant force of 30 it swings by 30 / k about 30 / k for ever."""
+    with pytest.raises(ComponentError, match=r"does not rest at 1 s, .* position swings by \+-0.3 m, .* give start values"):
+        verified("zvd", {}, command=Command(30.0, 2.0, 1.0))
+
+
+def test_a_coupled_system_is_stepped_finely_enough():
+    """The loop of Jung 2011: before and after from the step response of its matrices, within a few thousandths of the tolerance."""
+    loop = System("loop")
+    chain = {"mass": MASS, "stiffness": STIFFNESS, "damping": DAMPING}
+    loop.add("chain", fmu_path("ThreeMassChain"), chain)
+    loop.add("controller", fmu_path("PositionController"), {"proportional_gain": KP, "integral_gain": 0.0, "derivative_gain": KD})
+    for source, target in (("position[1]", "position"), ("velocity[1]", "velocity")):
+        loop.connect(f"chain.{source}", f"controller.{target}")
+    loop.connect("controller.force", "chain.force")
+    for k in (1, 2, 3):
+        loop.set(f"chain.disturbance[{k}]", 0.0)
+    known = response()
+    poles = [pole for pole in known.poles if pole.imag > 0.0]
+    boxes = [ModeBox.around(abs(pole), -pole.real / abs(pole)) for pole in poles]
+    candidate = choose(boxes, Wish(kinds=("zv",)), floor=False).candidates[1]  # on the fast mode: the slow one stays
+    found = verify(loop, "controller.reference", ["chain.position[3]"], candidate, boxes, {}, tolerance=0.05)
+    window = 1.5 * 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
+    times = np.linspace(0.0, window, 20001)[1:]
+    before, after = (
+        0.5 * np.ptp(known.values(sequence, sequence.duration + times)[2])
+        for sequence in (ImpulseSequence((1.0,), (0.0,)), candidate.sequence)
+    )
+    assert found.nominal.before == (pytest.approx(before, rel=2e-4),)
+    assert found.nominal.share == pytest.approx(after / before, abs=1e-4)
+    assert found.step_change < 5e-5

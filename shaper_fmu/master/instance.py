@@ -11,13 +11,14 @@ from typing import Any
 import fmpy
 from fmpy.fmi1 import FMICallException, printLogMessage
 from fmpy.fmi2 import (
+    FMU2Model,
     FMU2Slave,
     fmi2CallbackAllocateMemoryTYPE,
     fmi2CallbackFreeMemoryTYPE,
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
 )
-from fmpy.fmi3 import FMU3Slave
+from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.logging import addLoggerProxy
 
 from shaper_fmu.errors import ModelError, SimulationError
@@ -72,15 +73,17 @@ _callbacks = _make_callbacks()
 class Instance:
     """An instantiated FMU. Every failing call raises SimulationError with the instance's name and its last messages.
 
-    `event_mode`: whether an FMU of FMI 3.0 that has event mode is used with it.
+    `event_mode`: whether an FMU of FMI 3.0 that has event mode is used with it. `model_exchange`: it is instantiated for Model
+    Exchange, which the FMU must have, instead of co-simulation; the compiled loop does not run it.
 
     Attributes:
         usable: whether it can be called; not after it was closed, nor after a fatal status.
         fatal: whether it has returned a fatal status, after which FMI allows no call of any instance of this FMU.
     """
 
-    def __init__(self, name: str, fmu: Fmu, event_mode: bool = True):
+    def __init__(self, name: str, fmu: Fmu, event_mode: bool = True, model_exchange: bool = False):
         self.name, self.fmu = name, fmu
+        self._model_exchange = model_exchange
         self.log: deque[str] = deque(maxlen=20)
         self.usable = self.fatal = False
         self.event_mode = event_mode and fmu.has_event_mode
@@ -103,24 +106,30 @@ class Instance:
         if any(category.name == "logEvents" for category in self.fmu.description.logCategories):
             self.call("setDebugLogging", False, ["logEvents"])
 
-    def _instantiated(self) -> FMU2Slave | FMU3Slave:
+    def _instantiated(self) -> FMU2Slave | FMU3Slave | FMU2Model | FMU3Model:
         description = self.fmu.description
+        interface = description.modelExchange if self._model_exchange else self.fmu.co_simulation
+        assert interface is not None  # who asks for Model Exchange has looked
         common = {
-            "modelIdentifier": self.fmu.co_simulation.modelIdentifier,
+            "modelIdentifier": interface.modelIdentifier,
             "unzipDirectory": str(self.fmu.folder),
             "instanceName": self.name,
         }
         self._check_library(str(common["modelIdentifier"]))
         if self.fmu.version == 3:
-            slave = FMU3Slave(guid=description.instantiationToken, **common)
             self._logger = lambda environment, status, category, message: self.log.append(_text(message))
+            if self._model_exchange:
+                model = FMU3Model(guid=description.instantiationToken, **common)
+                model.instantiate(loggingOn=True, logMessage=self._logger)
+                return model
+            slave = FMU3Slave(guid=description.instantiationToken, **common)
             slave.instantiate(
                 loggingOn=True, eventModeUsed=self.event_mode, earlyReturnAllowed=self.event_mode, logMessage=self._logger
             )
             return slave
         self._callbacks = fmi2CallbackFunctions.from_buffer_copy(_callbacks)
         self._callbacks.componentEnvironment = self._environment
-        slave = FMU2Slave(guid=description.guid, **common)
+        slave = (FMU2Model if self._model_exchange else FMU2Slave)(guid=description.guid, **common)
         slave.instantiate(callbacks=self._callbacks, loggingOn=True)
         return slave
 
@@ -138,7 +147,8 @@ class Instance:
         """What fmpy and the FMU say of a failed instantiation."""
         words = str(error)
         if words.startswith("Failed to instantiate"):  # the function has returned NULL
-            words = f"fmi{self.fmu.version}Instantiate{'CoSimulation' if self.fmu.version == 3 else ''} failed"
+            kind = "ModelExchange" if self._model_exchange else "CoSimulation"
+            words = f"fmi{self.fmu.version}Instantiate{kind if self.fmu.version == 3 else ''} failed"
         elif isinstance(error, AttributeError):
             words = f"its library lacks a function: {words.rpartition(': ')[2]}"
         return "; ".join(line for line in [words, *list(self.log)[-3:]] if line)

@@ -8,7 +8,7 @@ unknowns as well once a design is polished, and then the gradient of S is wanted
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +33,27 @@ class Band:
         return Band(self.low * factor, self.high * factor, self.tolerance, self.damping_ratio)
 
 
+Along = Callable[[np.ndarray], np.ndarray]
+"""S, dS/dw and d2S/dw2 at an array of frequencies [rad/s]; complex, shape (3, n)."""
+
+
+def _along(amplitudes: np.ndarray, rates: np.ndarray) -> Along:
+    """Of sum A_i exp(w r_i)."""
+    weights = amplitudes * np.array([np.ones(len(rates)), rates, rates * rates])
+    return lambda w: weights @ np.exp(np.multiply.outer(rates, w))
+
+
+def _along_pairs(amplitudes: np.ndarray, offsets: np.ndarray) -> Along:
+    """Of sum A_i cos(w s_i)."""
+
+    def values(w: np.ndarray) -> np.ndarray:
+        angle = np.multiply.outer(offsets, w)
+        even, odd = np.cos(angle), np.sin(angle)
+        return np.array([amplitudes @ even, -(amplitudes * offsets) @ odd, -(amplitudes * offsets**2) @ even], complex)
+
+    return values
+
+
 class GeneralLayout:
     """Impulses at any times: the first at 0, the last at D. Unknowns x = (A_1 .. A_n, t_2 .. t_(n-1), D)."""
 
@@ -41,6 +62,12 @@ class GeneralLayout:
 
     reach = 1.0
     """The impulses' positions fill the interval from 0 to this fraction of D."""
+
+    @staticmethod
+    def sampled(amplitudes: np.ndarray, positions: np.ndarray, duration: float, damping_ratio: float) -> Along:
+        """Like `along`, for amplitudes at positions on a grid."""
+        rates = complex(damping_ratio, math.sqrt(1.0 - damping_ratio * damping_ratio)) * positions - damping_ratio * duration
+        return _along(amplitudes, rates)
 
     @staticmethod
     def columns(positions: np.ndarray, duration: float, w: np.ndarray, damping_ratio: float) -> np.ndarray:
@@ -93,6 +120,12 @@ class GeneralLayout:
         return s, np.hstack((weighted, by_time[:, 1:]))
 
     @classmethod
+    def along(cls, x: np.ndarray, damping_ratio: float) -> Along:
+        """S and its first two derivatives by the frequency w, at an array of frequencies; shape (3, n)."""
+        amplitudes, times = cls.impulses(x)
+        return cls.sampled(amplitudes, times, float(x[-1]), damping_ratio)
+
+    @classmethod
     def limits(cls, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Smallest and largest admissible value of each unknown; times may not leave [0, D]."""
         n = cls.count(x)
@@ -107,6 +140,11 @@ class SymmetricLayout:
 
     phases = (0.0, math.pi)
     reach = 0.5
+
+    @staticmethod
+    def sampled(amplitudes: np.ndarray, positions: np.ndarray, duration: float, damping_ratio: float) -> Along:
+        """Like `along`, for amplitudes at positions on a grid."""
+        return _along_pairs(amplitudes, positions)
 
     @staticmethod
     def columns(positions: np.ndarray, duration: float, w: np.ndarray, damping_ratio: float) -> np.ndarray:
@@ -157,6 +195,12 @@ class SymmetricLayout:
         by_square = 0.5 * w[:, None] ** 2 * (np.sinc(angle / math.pi) + np.cos(angle)) * x[:n]
         by_square[:, -1] *= 0.5 * x[-1]
         return (weighted @ x[:n]).astype(complex), np.hstack((weighted, by_square)).astype(complex)
+
+    @classmethod
+    def along(cls, x: np.ndarray, damping_ratio: float) -> Along:
+        """S and its first two derivatives by the frequency w, at an array of frequencies; shape (3, n)."""
+        n = cls.count(x)
+        return _along_pairs(x[:n], np.concatenate((np.sqrt(x[n:-1]), [0.5 * x[-1]])))
 
     @classmethod
     def limits(cls, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

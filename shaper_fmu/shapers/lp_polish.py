@@ -59,11 +59,7 @@ def band_constraints(bands: Sequence[Band], layout: Layout) -> Constraints:
     def constraints(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         values, gradients = [], []
         for band in bands:
-
-            def level(w: np.ndarray, band: Band = band) -> np.ndarray:
-                return np.abs(layout.response(x, w, band.damping_ratio)[0])
-
-            found, v = peaks(level, band.low, band.high, float(x[-1]))
+            found, v = peaks(layout.along(x, band.damping_ratio), band.low, band.high, float(x[-1]))
             s, by_unknown = layout.response(x, found, band.damping_ratio)
             direction = np.conj(s) / np.maximum(np.abs(s), 1e-300)
             values.append(v / band.tolerance - 1.0)

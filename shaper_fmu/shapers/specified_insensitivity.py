@@ -5,8 +5,8 @@ minimise t_n subject to V(w) <= tolerance for w_low <= w <= w_high, A_i >= 0, su
 as in ImpulseSequence.residual_vibration. They enforce V at some frequencies; here it is enforced at every local maximum.
 
 1. On a grid of impulse times the problem is a linear programme for each duration (lp_exchange): this gives the structure.
-2. Neighbouring impulses are joined and their times are set free (lp_polish): successive linear programmes find the shortest
-   duration, and Newton's method on the active constraints makes it exact.
+2. Neighbouring impulses are joined and their times are set free: Newton's method on the conditions of optimality finds the
+   shortest duration (lp_stationary). Where it does not get there, successive linear programmes do (lp_polish).
 3. All local maxima of V of the finished sequence are found once more; the largest excess over the tolerance is the
    certificate.
 """
@@ -20,9 +20,10 @@ from dataclasses import replace
 import numpy as np
 
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.shapers.lp_exchange import peaks, shortest_on_grid
+from shaper_fmu.shapers.lp_exchange import grid_solution, peaks, shortest_on_grid
 from shaper_fmu.shapers.lp_layout import Band, GeneralLayout, Layout, layout_for, to_sequence
-from shaper_fmu.shapers.lp_polish import band_constraints, polished
+from shaper_fmu.shapers.lp_polish import band_constraints, polished, starting_point
+from shaper_fmu.shapers.lp_stationary import stationary
 from shaper_fmu.shapers.sequence import ImpulseSequence
 
 WIDEST = 1.5
@@ -95,28 +96,40 @@ def design(bands: Sequence[Band]) -> ImpulseSequence:
     unit = 2.0 / (bands[0].low + bands[0].high)  # seconds per unit of the computation
     scaled = [band.scaled(unit) for band in bands]
     layout = layout_for([band.damping_ratio for band in bands])
+    best: ImpulseSequence | None = None
     for attempt in (_polished, _on_fine_grid):
-        sequence = attempt(scaled, layout, unit)
+        sequence, expected = attempt(scaled, layout, unit)
         excess = largest_excess(sequence, bands)
-        if excess <= _ALLOWED and min(sequence.amplitudes) >= 0.0:
+        if excess <= _ALLOWED and min(sequence.amplitudes) >= 0.0 and (best is None or sequence.duration < best.duration):
             worst = max(max(0.0, excess) * band.tolerance for band in bands)
-            return replace(sequence, certificate=worst)
-    raise ComponentError("no sequence was found that meets the tolerances; widen them or narrow the bands")
+            best = replace(sequence, certificate=worst)
+        if best is not None and best.duration <= expected * (1.0 + _COARSE):
+            return best
+    if best is None:
+        raise ComponentError("no sequence was found that meets the tolerances; widen them or narrow the bands")
+    return best
 
 
-def _polished(bands: Sequence[Band], layout: Layout, unit: float) -> ImpulseSequence:
-    duration, amplitudes, positions = shortest_on_grid(bands, layout, _COARSE)
-    x = polished(layout, amplitudes, positions, duration, band_constraints(bands, layout))
-    return to_sequence(*layout.impulses(x), unit)
+def _polished(bands: Sequence[Band], layout: Layout, unit: float) -> tuple[ImpulseSequence, float]:
+    """The optimum near the solution on the grid, and the duration [s] of that one, which no optimum exceeds."""
+    found = grid_solution(bands, layout, _COARSE)
+    start = starting_point(layout, found.amplitudes, found.positions, found.duration)
+    x = stationary(start, bands, layout, found.active)
+    if x is None or x[-1] > found.duration * (1.0 + _COARSE):
+        x = polished(layout, found.amplitudes, found.positions, found.duration, band_constraints(bands, layout))
+        exact = stationary(x, bands, layout)
+        x = exact if exact is not None and exact[-1] <= x[-1] else x
+    return to_sequence(*layout.impulses(x), unit), found.duration * unit
 
 
-def _on_fine_grid(bands: Sequence[Band], layout: Layout, unit: float) -> ImpulseSequence:
-    """The solution on the grid for tolerances so little tighter that its excess is covered: longer by some 1e-4."""
+def _on_fine_grid(bands: Sequence[Band], layout: Layout, unit: float) -> tuple[ImpulseSequence, float]:
+    """The solution on the grid for tolerances so little tighter that its excess is covered, longer by some 1e-4; its duration."""
     tighter = [replace(band, tolerance=band.tolerance * (1.0 - 3e-5)) for band in bands]
-    _, amplitudes, positions = shortest_on_grid(tighter, layout, _FINE)
+    duration, amplitudes, positions = shortest_on_grid(tighter, layout, _FINE)
     if layout is GeneralLayout:
-        return to_sequence(amplitudes, positions, unit)
-    return to_sequence(np.tile(0.5 * amplitudes, 2), positions[-1] + np.concatenate((positions, -positions)), unit)
+        return to_sequence(amplitudes, positions, unit), duration * unit
+    both = positions[-1] + np.concatenate((positions, -positions))
+    return to_sequence(np.tile(0.5 * amplitudes, 2), both, unit), duration * unit
 
 
 def largest_excess(sequence: ImpulseSequence, bands: Sequence[Band]) -> float:
@@ -124,9 +137,6 @@ def largest_excess(sequence: ImpulseSequence, bands: Sequence[Band]) -> float:
     amplitudes, delays = np.array(sequence.amplitudes), np.array(sequence.delays)
     worst = -math.inf
     for band in bands:
-
-        def level(w: np.ndarray, damping_ratio: float = band.damping_ratio) -> np.ndarray:
-            return np.abs(GeneralLayout.columns(delays, sequence.duration, w, damping_ratio) @ amplitudes)
-
-        worst = max(worst, float(peaks(level, band.low, band.high, sequence.duration)[1].max()) / band.tolerance - 1.0)
+        along = GeneralLayout.sampled(amplitudes, delays, sequence.duration, band.damping_ratio)
+        worst = max(worst, float(peaks(along, band.low, band.high, sequence.duration)[1].max()) / band.tolerance - 1.0)
     return worst

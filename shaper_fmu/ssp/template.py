@@ -66,7 +66,7 @@ def write_template(
     system.connect(f"profile.{profile_output}", "shaper.command")
     system.connect("shaper.shaped_mean", f"plant.{input_}")
     stop_time = (_PERIODS + _REST) * period + (design(kind, frequency, damping).duration if kind != "none" else 0.0)
-    step = _round(period / _STEPS)
+    step = rounded_step(period / _STEPS)
     stop_time = step * math.ceil(stop_time / step)
     unshaped = write_parameter_set(parameter_set(system, {"shaper.shaper": "none"}, "unshaped"))
     written = system.to_ssp(
@@ -111,7 +111,7 @@ def _inputs(fmu: Fmu) -> dict[str, str]:
     return {str(variable.name): str(variable.start) for variable in inputs if kind_of(variable) in TRANSFERABLE}
 
 
-def _round(step: float) -> float:
+def rounded_step(step: float) -> float:
     """The step's next lower one among 1, 2 and 5 times powers of ten, which divides times that people write."""
     power = 10.0 ** math.floor(math.log10(step))
     digit = next(digit for digit in (5, 2, 1) if digit * power <= step * (1.0 + 1e-12))

@@ -63,6 +63,17 @@ class ModeBox:
         zeta = 0.5 * sum(self.dampings)
         return 0.5 * sum(self.frequencies), zeta if zeta > UNDAMPED else 0.0
 
+    @property
+    def nominal(self) -> tuple[float, float]:
+        """Nominal natural frequency [rad/s] and damping ratio, as shapers are designed for: see `centre`."""
+        zeta = self.damping_ratio.nominal
+        return self.natural_frequency.nominal, zeta if zeta > UNDAMPED else 0.0
+
+    @property
+    def at_nominal(self) -> ModeBox:
+        """The box of no width at the nominal point."""
+        return self.scaled(0.0, nominally=True)
+
     def widened(self, frequency_margin: float, damping_margin: float = 0.0) -> ModeBox:
         """The box from low (1 - margin) to high (1 + margin), of frequency and of damping ratio."""
         if not (0.0 <= frequency_margin < 1.0 and 0.0 <= damping_margin < math.inf):
@@ -75,14 +86,20 @@ class ModeBox:
             damping_ratio=Range(max(0.0, zeta.low * (1.0 - damping_margin)), zeta.nominal, most),
         )
 
-    def scaled(self, factor: float) -> ModeBox:
-        """The box with the same centre and `factor` times the widths; the centre becomes nominal."""
-        (w, zeta), (half_w, half_zeta) = self.centre, (0.5 * (b - a) * factor for a, b in (self.frequencies, self.dampings))
-        return replace(
-            self,
-            natural_frequency=Range(w - half_w, w, w + half_w),
-            damping_ratio=Range(max(0.0, zeta - half_zeta), zeta, zeta + half_zeta),
+    def scaled(self, factor: float, *, nominally: bool = False) -> ModeBox:
+        """The box with `factor` times the widths about its middle, or `nominally` about its nominal point; that is nominal then."""
+        ends = self.frequencies, self.dampings
+        about = (self.natural_frequency.nominal, self.damping_ratio.nominal) if nominally else (0.5 * sum(e) for e in ends)
+        w, zeta = (
+            Range(middle - (middle - low) * factor, middle, middle + (high - middle) * factor)
+            for middle, (low, high) in zip(about, ends, strict=True)
         )
+        return replace(self, natural_frequency=w, damping_ratio=Range(max(0.0, zeta.low), zeta.nominal, zeta.high))
+
+    def damped_at_most(self, limit: float) -> ModeBox:
+        """The part of the box up to a damping ratio, which is the least one or larger."""
+        zeta = self.damping_ratio
+        return replace(self, damping_ratio=Range(zeta.low, min(zeta.nominal, limit), min(zeta.high, limit)))
 
     @classmethod
     def around(

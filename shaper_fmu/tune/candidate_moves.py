@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -12,8 +13,9 @@ from shaper_fmu.errors import ComponentError
 from shaper_fmu.profiles.design import Profile, profile
 from shaper_fmu.profiles.kinds import NO_LIMIT
 from shaper_fmu.shapers.sequence import ImpulseSequence
+from shaper_fmu.tune.bounds import remaining
 from shaper_fmu.tune.boxes import ModeBox, shares
-from shaper_fmu.tune.candidates import LeftOut, remaining
+from shaper_fmu.tune.candidates import LeftOut
 from shaper_fmu.tune.wish import PROFILES, Move, Wish
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -61,15 +63,16 @@ def profiles(boxes: Sequence[ModeBox], wish: Wish, left_out: list[LeftOut]) -> I
         return
     fastest = fastest_move(wish.move).duration
     parts = shares(boxes)
-    mode = boxes[int(np.argmax(parts.max(axis=1)))].centre
+    box = boxes[int(np.argmax(parts.max(axis=1)))]
+    modes = dict.fromkeys([box.centre, box.nominal] if wish.nominal_asked else [box.centre])
     slowest = min(box.natural_frequency.low for box in boxes)
     longest = fastest + min(wish.longest_delay, 2.0 * math.pi * _PERIODS / slowest)
-    for kind in PROFILES:
-        if wish.wants(kind):
-            try:
-                yield from _Kind(kind, wish, mode, boxes, parts).improving(fastest, longest)
-            except ComponentError as error:
-                left_out.append(LeftOut(kind.replace("_", " "), str(error)))
+    for kind, mode in itertools.product(filter(wish.wants, PROFILES), modes):
+        try:
+            yield from _Kind(kind, wish, mode, boxes, parts).improving(fastest, longest)
+        except ComponentError as error:
+            told = LeftOut(kind.replace("_", " "), str(error))
+            left_out += [told] if told not in left_out else []
 
 
 class _Kind:
@@ -78,29 +81,34 @@ class _Kind:
     def __init__(self, kind: str, wish: Wish, mode: tuple[float, float], boxes: Sequence[ModeBox], parts: np.ndarray):
         assert wish.move is not None  # profiles are for moves only
         self._kind, self._move, self._mode, self._boxes, self._parts = kind, wish.move, mode, boxes, parts
-        self._tolerance = wish.tolerance * (1.0 - _ROOM)
+        self._tolerances = np.array([wish.tolerance, wish.nominal_tolerance]) * (1.0 - _ROOM)
         self._highest = max(box.natural_frequency.high for box in boxes)
 
     def improving(self, fastest: float, longest: float) -> Iterator[Profile]:
-        """Those that leave less than all shorter ones of a grid of durations, and the shortest one within the tolerance."""
+        """Those that leave less than all shorter ones of a grid of durations, or less nominally, and the shortest one that fits."""
         limited = min(self._move.max_velocity, self._move.max_acceleration) < NO_LIMIT
         first = max(fastest, self._law(None).duration if limited else 0.0)
-        before, best = first, math.inf
+        before, best, fits = first, np.full(2, math.inf), False
         for duration in np.linspace(first, longest, _DURATIONS).tolist() if first <= longest else ():
-            law, level = self._seen(duration)
-            if law is not None and level < best:
-                if level <= self._tolerance < best and duration > before:
-                    yield self._shortest(before, duration, law)
-                best = level
+            law, levels = self._seen(duration)
+            if law is not None and (levels < best).any():
+                if self._fits(levels) and not fits:
+                    fits = True
+                    if duration > before:
+                        yield self._shortest(before, duration, law)
+                best = np.minimum(best, levels)
                 yield law
             before = duration
 
+    def _fits(self, levels: np.ndarray) -> bool:
+        return bool((levels <= self._tolerances).all())
+
     def _shortest(self, short: float, long: float, law: Profile) -> Profile:
-        """The shortest within the tolerance between two durations, of which the longer one's `law` is within."""
+        """The shortest that fits between two durations, of which the longer one's `law` does."""
         for _ in range(_BISECTIONS):
             middle = 0.5 * (short + long)
-            found, level = self._seen(middle)
-            if found is not None and level <= self._tolerance:
+            found, levels = self._seen(middle)
+            if found is not None and self._fits(levels):
                 long, law = middle, found
             else:
                 short = middle
@@ -110,11 +118,16 @@ class _Kind:
         limits = {"max_velocity": self._move.max_velocity, "max_acceleration": self._move.max_acceleration}
         return profile(self._kind, self._move.distance, duration, *self._mode, **limits)
 
-    def _seen(self, duration: float) -> tuple[Profile | None, float]:
-        """A profile and its worst case at some points of the boxes; None for a duration of 0, or in a gap that limits leave."""
+    def _seen(self, duration: float) -> tuple[Profile | None, np.ndarray]:
+        """A profile, its worst case at some points of the boxes and its nominal level as far as it is above its tolerance.
+
+        None for a duration of 0, or in a gap that limits leave.
+        """
         try:
             law = self._law(duration)
         except ComponentError:
-            return None, math.inf
+            return None, np.full(2, math.inf)
         moves = as_impulses(law, self._highest)
-        return law, float((self._parts.T @ [np.abs(remaining(moves, box)).max() for box in self._boxes]).max())
+        sizes = np.abs([remaining(moves, box) for box in self._boxes])
+        levels = [float((self._parts.T @ of_modes).max()) for of_modes in (sizes[:, :-1].max(axis=1), sizes[:, -1])]
+        return law, np.maximum(levels, [0.0, self._tolerances[1]])

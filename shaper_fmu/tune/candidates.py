@@ -8,16 +8,13 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any
 
-import numpy as np
-
-from shaper_fmu.analysis.guarantee import Guarantee, guarantee
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.shapers.design import shaper
-from shaper_fmu.shapers.lp_layout import Band
 from shaper_fmu.shapers.sequence import ImpulseSequence, convolve_all
-from shaper_fmu.shapers.specified_insensitivity import TOLERANCES, specified_insensitivity
 from shaper_fmu.shapers.two_mode import direct_two_mode
+from shaper_fmu.tune.bounds import proven
 from shaper_fmu.tune.boxes import ModeBox, shares
+from shaper_fmu.tune.candidate_bands import ROOM, specified
 from shaper_fmu.tune.wish import NEGATIVE, POSITIVE, Wish
 
 MOST_MODES = 4
@@ -25,14 +22,8 @@ MOST_MODES = 4
 MOST_CUSTOM = 16
 """Impulses of a custom shaper in an InputShaper."""
 
-_PROOF_TOLERANCES = (1e-7, 1e-6, 1e-5, 1e-4)
-"""How far a proven bound may be above the largest V: the first one that rounding allows."""
-_ROOM = 1e-4
-"""Share of the tolerance that is kept free of rounding."""
 _HUMPS = ("ei", "two_hump_ei", "three_hump_ei", "um_ei")
 _ATTEMPTS = 3
-_NEAR = 0.97
-"""Share of the tolerance that a design may leave unused."""
 _WORDS = {"two_hump_ei": "two-hump EI", "three_hump_ei": "three-hump EI", "direct_zv": "direct ZV", "direct_zvd": "direct ZVD"}
 
 
@@ -126,62 +117,103 @@ class LeftOut:
 
 @dataclass
 class Designs:
-    """What comes into question: `plain` designs, and kinds that differ or modes left alone, as factors for each mode."""
+    """What comes into question.
 
-    plain: list[Design] = field(default_factory=list)
-    by_mode: list[list[Factor]] = field(default_factory=list)
+    Attributes:
+        plain: designs, of which the first is the unshaped command.
+        by_mode: factors for each mode, for combinations of different kinds and with modes left alone; one list for each `_Way`.
+        left_out: what could not be designed.
+    """
+
+    plain: list[Design] = field(default_factory=lambda: [Design(())])
+    by_mode: list[list[list[Factor]]] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
 
     def mixed(self) -> Iterator[Design]:
         """All combinations of a factor or none for each mode that are not plain."""
         known = {id_of(design) for design in self.plain}
-        for chosen in itertools.product(*([None, *factors] for factors in self.by_mode)):
-            design = Design(tuple(factor for factor in chosen if factor is not None))
-            if id_of(design) not in known:
-                yield design
+        for by_mode in self.by_mode:
+            for chosen in itertools.product(*([None, *factors] for factors in by_mode)):
+                design = Design(tuple(factor for factor in chosen if factor is not None))
+                if id_of(design) not in known:
+                    known.add(id_of(design))
+                    yield design
 
     def attempt(self, name: str, make: Callable[[], ImpulseSequence]) -> ImpulseSequence | None:
         """What `make` gives; None, and a reason in `left_out`, where there is no such design."""
         try:
             return make()
         except ComponentError as error:
-            self.left_out.append(LeftOut(name, str(error)))
+            self.leave_out(name, str(error))
             return None
 
+    def leave_out(self, name: str, reason: str) -> None:
+        """Tell what could not be designed, once."""
+        if LeftOut(name, reason) not in self.left_out:
+            self.left_out.append(LeftOut(name, reason))
 
-def id_of(design: Design) -> tuple[tuple[str, tuple[int, ...]], ...]:
+    def add(self, factors: Sequence[Factor]) -> None:
+        """Add a plain design that is new."""
+        design = Design(tuple(factors))
+        if id_of(design) not in {id_of(one) for one in self.plain}:
+            self.plain.append(design)
+
+
+def id_of(design: Design) -> tuple[tuple[Any, ...], ...]:
     """What tells designs for the same modes apart."""
-    return tuple((factor.kind, factor.modes) for factor in design.factors)
+    return tuple((one.kind, one.modes, one.frequencies, one.dampings, one.tolerance) for one in design.factors)
+
+
+@dataclass(frozen=True)
+class _Way:
+    """For what shapers are designed: a place in each box, and the largest tolerance of EI shapers."""
+
+    places: tuple[tuple[float, float], ...]
+    tolerance: float
+
+
+def _ways(boxes: Sequence[ModeBox], wish: Wish) -> list[_Way]:
+    """For the middles of the boxes; with a nominal condition also for the nominal points, and there EI shapers within it."""
+    centres, nominal = tuple(box.centre for box in boxes), tuple(box.nominal for box in boxes)
+    wanted = wish.tolerance * (1.0 - ROOM)
+    ways = [_Way(centres, wanted)]
+    if wish.nominal_asked:
+        ways += [_Way(nominal, min(one, wanted)) for one in (wanted, wish.nominal_tolerance * (1.0 - ROOM))]
+    return list(dict.fromkeys(ways))
 
 
 def designs(boxes: Sequence[ModeBox], wish: Wish) -> Designs:
-    """All designs for modes in these boxes; `plain` begins with the unshaped command."""
-    found = Designs([Design(())])
+    """All designs for modes in these boxes."""
+    found = Designs()
     parts = shares(boxes).max(axis=1)
-    important = sorted(sorted(range(len(boxes)), key=lambda k: -parts[k])[:MOST_MODES])
-    important = [k for k in important if parts[k] > 0.0]
+    order = sorted((k for k in range(len(boxes)) if parts[k] > 0.0), key=lambda k: -parts[k])[:MOST_MODES]
+    important = sorted(order)
     kinds = [kind for kind in (*POSITIVE, *NEGATIVE) if wish.wants(kind)]
-    made = {kind: _of_kind(found, kind, boxes, important, wish.tolerance) for kind in kinds}
-    found.plain += [Design(tuple(factors)) for factors in made.values() if len(factors) == len(important)]
-    found.by_mode = [[f for factors in made.values() for f in factors if f.modes == (k,)] for k in important]
-    order = sorted(important, key=lambda k: -parts[k])
+    ways = _ways(boxes, wish)
+    for way in ways:
+        made = [_of_kind(found, kind, boxes, important, wish.tolerance, way) for kind in kinds]
+        for factors in made:
+            if len(factors) == len(important):
+                found.add(factors)
+        found.by_mode.append([[f for factors in made for f in factors if f.modes == (k,)] for k in important])
     if wish.wants("si"):
         for count in range(1, len(order) + 1):
-            _specified(found, boxes, tuple(sorted(order[:count])), wish.tolerance)
+            _specified(found, boxes, tuple(sorted(order[:count])), wish)
     for kind in ("direct_zv", "direct_zvd"):
         if wish.wants(kind) and len(order) > 1:
-            _direct(found, kind, boxes, tuple(sorted(order[:2])))
+            for places in dict.fromkeys(way.places for way in ways):
+                _direct(found, kind, places, tuple(sorted(order[:2])))
     return found
 
 
-def _of_kind(found: Designs, kind: str, boxes: Sequence[ModeBox], modes: Sequence[int], wanted: float) -> list[Factor]:
+def _of_kind(found: Designs, kind: str, boxes: Sequence[ModeBox], modes: Sequence[int], wanted: float, way: _Way) -> list[Factor]:
     """This kind for each of the modes, with the same tolerance for all of them."""
-    tolerance = wanted * (1.0 - _ROOM)
+    tolerance = wanted * (1.0 - ROOM)
     factors = []
     if kind in _HUMPS:
-        tolerance = min((_hump_tolerance(kind, boxes[k], wanted) for k in modes), default=tolerance)
+        tolerance = min((_hump_tolerance(kind, boxes[k], way.places[k], way.tolerance, wanted) for k in modes), default=tolerance)
     for k in modes:
-        w, zeta = boxes[k].centre
+        w, zeta = way.places[k]
         name = f"{words(kind)} on {w:.4g} rad/s"
         sequence = found.attempt(name, lambda w=w, zeta=zeta: _designed(kind, w, zeta, tolerance))
         if sequence is not None:
@@ -194,11 +226,10 @@ def _designed(kind: str, natural_frequency: float, damping_ratio: float, toleran
     return shaper(kind, natural_frequency, damping_ratio, vibration_tolerance=tolerance)
 
 
-def _hump_tolerance(kind: str, box: ModeBox, wanted: float) -> float:
-    """Tolerance of an EI shaper that keeps V within `wanted` for the box's damping ratios, too; `wanted` if there is none."""
-    first = wanted * (1.0 - _ROOM)
+def _hump_tolerance(kind: str, box: ModeBox, place: tuple[float, float], first: float, wanted: float) -> float:
+    """Tolerance of an EI shaper that keeps V within `wanted` for the box's damping ratios, too; `first` if there is none."""
     try:
-        return _tightened(lambda t: _designed(kind, *box.centre, t), first, wanted, box)
+        return _tightened(lambda t: _designed(kind, *place, t), first, wanted, box)
     except ComponentError:  # it is told where the shaper itself is designed
         return first
 
@@ -212,76 +243,33 @@ def _tightened(make: Callable[[float], ImpulseSequence], first: float, wanted: f
             return tolerance
         if worst > 2.0 * wanted:  # the range is too wide for it
             break
-        tolerance *= (wanted / worst) ** 1.2 * (1.0 - _ROOM)
+        tolerance *= (wanted / worst) ** 1.2 * (1.0 - ROOM)
     return first
 
 
-def _specified(found: Designs, boxes: Sequence[ModeBox], modes: tuple[int, ...], tolerance: float) -> None:
-    """Specified insensitivity for these modes, as loose as the worst case of all modes allows; the others are left alone.
-
-    Of a few designs the shortest one that fits: a design knows one damping ratio only, and not what it leaves of other modes.
-    """
-    parts = shares(boxes)
-    shaped = parts[list(modes)].sum(axis=0)
-    used = shaped > 0.0
-    allowed = float(((tolerance - (1.0 - shaped[used])) / shaped[used]).min(initial=1.0)) * (1.0 - _ROOM)
-    if (1.0 - shaped).max(initial=0.0) > tolerance or allowed < TOLERANCES[0]:
-        return
-    name = f"SI on {' and '.join(f'{boxes[k].centre[0]:.4g}' for k in modes)} rad/s"
-    best: tuple[bool, float, ImpulseSequence] | None = None
-    for number in range(_ATTEMPTS):
-        allowed = min(max(allowed, TOLERANCES[0]), TOLERANCES[1])
-        sequence = found.attempt(name, lambda wanted=allowed: _for_bands(boxes, modes, wanted))
-        if sequence is None:
-            break
-        worst = float((parts.T @ [proven(sequence, box).bound for box in boxes]).max())
-        rank = (worst > tolerance, sequence.duration, sequence)
-        best = rank if best is None or rank[:2] < best[:2] else best
-        if worst <= tolerance and (number > 0 or worst >= _NEAR * tolerance):
-            break
-        allowed *= tolerance / worst * (1.0 - _ROOM)
-    if best is not None:
-        _add(found, boxes, "si", modes, best[2])
+def _specified(found: Designs, boxes: Sequence[ModeBox], modes: tuple[int, ...], wish: Wish) -> None:
+    places = tuple(box.centre for box in boxes)
+    name = f"SI on {' and '.join(f'{places[k][0]:.4g}' for k in modes)} rad/s"
+    sequence = specified(boxes, modes, wish, lambda make: found.attempt(name, make))
+    if sequence is not None:
+        _add(found, places, "si", modes, sequence)
 
 
-def _for_bands(boxes: Sequence[ModeBox], modes: Sequence[int], tolerance: float) -> ImpulseSequence:
-    bands = [Band(*boxes[k].frequencies, tolerance, boxes[k].centre[1]) for k in modes]
-    first = bands[0]
-    return specified_insensitivity(first.low, first.high, tolerance, first.damping_ratio, bands[1:])
-
-
-def _direct(found: Designs, kind: str, boxes: Sequence[ModeBox], modes: tuple[int, ...]) -> None:
-    frequencies, dampings = zip(*(boxes[k].centre for k in modes), strict=True)
+def _direct(found: Designs, kind: str, places: Sequence[tuple[float, float]], modes: tuple[int, ...]) -> None:
+    frequencies, dampings = zip(*(places[k] for k in modes), strict=True)
     name = f"{words(kind)} on {' and '.join(f'{w:.4g}' for w in frequencies)} rad/s"
     sequence = found.attempt(name, lambda: direct_two_mode(frequencies, dampings, kind.removeprefix("direct_")))
     if sequence is not None:
-        _add(found, boxes, kind, modes, sequence)
+        _add(found, places, kind, modes, sequence)
 
 
-def _add(found: Designs, boxes: Sequence[ModeBox], kind: str, modes: tuple[int, ...], sequence: ImpulseSequence) -> None:
+def _add(
+    found: Designs, places: Sequence[tuple[float, float]], kind: str, modes: tuple[int, ...], sequence: ImpulseSequence
+) -> None:
     """Add a custom sequence, if an InputShaper has room for it."""
-    frequencies, dampings = zip(*(boxes[k].centre for k in modes), strict=True)
+    frequencies, dampings = zip(*(places[k] for k in modes), strict=True)
     factor = Factor(kind, modes, sequence, frequencies, dampings)
     if len(sequence.delays) > MOST_CUSTOM:
-        found.left_out.append(LeftOut(factor.name, f"{len(sequence.delays)} impulses; an InputShaper takes {MOST_CUSTOM}"))
+        found.leave_out(factor.name, f"{len(sequence.delays)} impulses; an InputShaper takes {MOST_CUSTOM}")
     else:
-        found.plain.append(Design((factor,)))
-
-
-def proven(sequence: ImpulseSequence, box: ModeBox) -> Guarantee:
-    """A bound of V over a box. Raises ComponentError for a command so long that its phase is lost in rounding."""
-    for tolerance in _PROOF_TOLERANCES[:-1]:
-        try:
-            return guarantee(sequence, box.frequencies, box.dampings, tolerance=tolerance)
-        except ComponentError:  # finer than rounding allows, or too many cells
-            continue
-    return guarantee(sequence, box.frequencies, box.dampings, tolerance=_PROOF_TOLERANCES[-1])
-
-
-def remaining(sequence: ImpulseSequence, box: ModeBox) -> np.ndarray:
-    """F = sum A_i exp(p (T - t_i)) at some points of the box's boundary, complex, shape (36,); V = |F|."""
-    w = np.concatenate([np.linspace(*box.frequencies, 9), np.linspace(*box.frequencies, 9), np.repeat(box.frequencies, 9)])
-    light, heavy = box.dampings
-    zeta = np.concatenate([np.full(9, light), np.full(9, heavy), np.tile(np.linspace(light, heavy, 9), 2)])
-    poles = w * (-zeta + 1j * np.sqrt(1.0 - zeta * zeta))
-    return np.exp(np.multiply.outer(poles, sequence.duration - np.array(sequence.delays))) @ np.array(sequence.amplitudes)
+        found.add((factor,))

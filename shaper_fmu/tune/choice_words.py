@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
+from shaper_fmu.tune.bounds import remaining
 from shaper_fmu.tune.boxes import UNDAMPED, ModeBox
-from shaper_fmu.tune.candidates import remaining
-from shaper_fmu.tune.choice import Candidate, Choice, Search, shortest_of
+from shaper_fmu.tune.choice import Choice, fits, quick, shortest_of
+from shaper_fmu.tune.choice_search import SAME, Candidate, Search
 
 _BISECTIONS = 12
+_NOTHING = 1e-5
+"""Levels below are told as less than this one."""
 _NOT_SEEN = 0.998
 """By how much a range is narrowed further for what lies between the points at which V was looked at."""
 
@@ -20,14 +24,32 @@ def recommendation(choice: Choice) -> str:
         return _nothing_fits(choice)
     best, wish = choice.recommended, choice.wish
     where = f"within {percent(wish.tolerance)} over {ranges(choice.boxes)}"
+    if wish.nominal_stricter:
+        where += f" and within {percent(wish.nominal_tolerance)} nominally"
     if best.delay == 0.0:
-        return f"{best.name}: no shaper is needed, it is {where} and leaves at most {percent(best.worst_case)}"
+        return f"{best.name}: no shaper is needed, it is {where} and leaves at most {left(best)}{_nominally(choice, best)}"
     text = f"{best.name}: shortest of those {where}, {best.delay:.4g} s later than unshaped; it leaves at most {left(best)}"
-    shorter = [one for one in choice.front if one.delay < best.delay]
+    text += _nominally(choice, best)
+    shorter = [one for one in choice.front if one.delay < best.delay * (1.0 - SAME)]
     if len(shorter) > 1:  # the first is unshaped
         other = shorter[-1]
-        text += f". {other.name} is {best.delay - other.delay:.3g} s shorter but may leave {left(other)}"
+        only_nominally = other.worst_case <= wish.tolerance
+        leaves = f"leaves {percent(other.nominal)} nominally" if only_nominally else f"may leave {left(other)}"
+        text += f". {other.name} is {best.delay - other.delay:.3g} s shorter but {leaves}"
     return text + _floor(choice, best)
+
+
+def _nominally(choice: Choice, candidate: Candidate) -> str:
+    """What a candidate leaves at the modes' nominal points, where these are not all that there is."""
+    if _exactly_known(choice.boxes):
+        return ""
+    if candidate.nominal < _NOTHING:
+        return f", nominally less than {percent(_NOTHING)}"
+    return f", nominally {percent(candidate.nominal)}"
+
+
+def _exactly_known(boxes: Sequence[ModeBox]) -> bool:
+    return all(box.frequencies[0] == box.frequencies[1] and box.dampings[0] == box.dampings[1] for box in boxes)
 
 
 def percent(share: float) -> str:
@@ -67,14 +89,19 @@ def _floor(choice: Choice, best: Candidate) -> str:
 
 def _nothing_fits(choice: Choice) -> str:
     wish, nearest = choice.wish, choice.nearest
-    limit = f" and a delay of {wish.longest_delay:.4g} s" if math.isfinite(wish.longest_delay) else ""
+    asked = [f"a tolerance of {percent(wish.tolerance)}"]
+    if wish.nominal_stricter:
+        asked.append(f"a nominal tolerance of {percent(wish.nominal_tolerance)}")
+    if math.isfinite(wish.longest_delay):
+        asked.append(f"a delay of {wish.longest_delay:.4g} s")
     text = (
-        f"nothing fits a tolerance of {percent(wish.tolerance)}{limit} over {ranges(choice.boxes)}. {nearest.name} comes nearest: "
-        f"{nearest.delay:.4g} s later than unshaped, it may leave {left(nearest)}"
+        f"nothing fits {', '.join(asked[:-1])}{' and ' if len(asked) > 1 else ''}{asked[-1]} over {ranges(choice.boxes)}. "
+        f"{nearest.name} comes nearest: {nearest.delay:.4g} s later than unshaped, it may leave {left(nearest)}"
     )
-    larger = rounded_up(nearest.worst_case)
-    ways = [f"a tolerance of {100.0 * larger:.3g} % ({nearest.name})"] if larger < 1.0 else []
-    good = [one for one in choice.candidates if one.worst_case <= wish.tolerance]
+    if wish.nominal_stricter:
+        text += _nominally(choice, nearest)
+    ways = _larger_tolerances(choice)
+    good = [one for one in choice.candidates if fits(one, replace(wish, longest_delay=math.inf))]
     if good:
         best = shortest_of(good)
         ways.append(f"a delay of {rounded_up(best.delay):.4g} s ({best.name})")
@@ -88,6 +115,33 @@ def _nothing_fits(choice: Choice) -> str:
     return f"{text}. What would make one fit: {', or '.join(ways)}"
 
 
+def _larger_tolerances(choice: Choice) -> list[str]:
+    """The least tolerance, and the least nominal one, for which a candidate within the delay fits; both where one is not enough."""
+    wish = choice.wish
+    candidates = [one for one in choice.candidates if quick(one, wish)]
+    if not wish.nominal_stricter:
+        return [f"a tolerance of {text} ({one.name})" for one in [choice.nearest] if (text := _as_much(one.worst_case))]
+    ways = []
+    nominally = [one for one in candidates if one.nominal <= wish.nominal_tolerance]
+    if nominally:
+        one = min(nominally, key=lambda one: (one.worst_case, one.delay))
+        ways += [f"a tolerance of {text} ({one.name})"] if (text := _as_much(one.worst_case)) else []
+    in_range = [one for one in candidates if one.worst_case <= wish.tolerance]
+    if in_range:
+        one = min(in_range, key=lambda one: (one.nominal, one.delay))
+        ways.append(f"a nominal tolerance of {_as_much(one.nominal)} ({one.name})")
+    if not ways and (text := _as_much(choice.nearest.worst_case)):
+        nominal = _as_much(choice.nearest.nominal)
+        ways.append(f"a tolerance of {text} and a nominal tolerance of {nominal} ({choice.nearest.name})")
+    return ways
+
+
+def _as_much(level: float) -> str:
+    """A level rounded up, in percent; nothing if that is no tolerance."""
+    larger = rounded_up(level)
+    return f"{100.0 * larger:.3g} %" if larger < 1.0 else ""
+
+
 def rounded_up(value: float) -> float:
     """A value rounded up to three digits."""
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
@@ -95,12 +149,13 @@ def rounded_up(value: float) -> float:
 
 
 def narrowed(choice: Choice) -> tuple[Candidate, list[ModeBox]] | None:
-    """The widest boxes about the same centres for which a candidate within the delay, as it is designed, fits, and which one.
+    """The widest boxes for which a candidate within the delay, as it is designed, fits, and which one.
 
-    Proven for that candidate; None if even exactly known modes do not help.
+    They are about the middles of the boxes, with a nominal condition about the nominal points. Proven for that candidate; None if
+    even exactly known modes do not help.
     """
     wish = choice.wish
-    if all(box.frequencies[0] == box.frequencies[1] and box.dampings[0] == box.dampings[1] for box in choice.boxes):
+    if _exactly_known(choice.boxes):
         return None
     widest, chosen = 0.0, None
     for candidate in choice.candidates:
@@ -110,21 +165,26 @@ def narrowed(choice: Choice) -> tuple[Candidate, list[ModeBox]] | None:
                 widest, chosen = factor, candidate
     for _ in range(_BISECTIONS if chosen is not None else 0):
         widest *= _NOT_SEEN
-        boxes = [box.scaled(widest) for box in choice.boxes]
+        boxes = _scaled(choice, widest)
         assert chosen is not None
         proven = Search(boxes, wish).add(chosen.design)
-        if proven.worst_case <= wish.tolerance:
+        if fits(proven, wish):
             return proven, boxes
     return None
 
 
+def _scaled(choice: Choice, factor: float) -> list[ModeBox]:
+    return [box.scaled(factor, nominally=choice.wish.nominal_asked) for box in choice.boxes]
+
+
 def _widest(choice: Choice, candidate: Candidate) -> float:
     """The largest factor for the widths of the boxes at which the candidate seems to fit; 0 if there is none."""
-    search = Search([box.scaled(1.0) for box in choice.boxes], choice.wish)
+    wish = choice.wish
+    search = Search(_scaled(choice, 1.0), wish)
 
     def fitting(factor: float) -> bool:
-        boxes = [box.scaled(factor) for box in choice.boxes]
-        return search.levels([remaining(candidate.sequence, box) for box in boxes]) <= choice.wish.tolerance
+        level, nominal = search.levels([remaining(candidate.sequence, box) for box in _scaled(choice, factor)])
+        return level <= wish.tolerance and nominal <= wish.nominal_tolerance
 
     low, high = 0.0, 1.0
     if not fitting(low):

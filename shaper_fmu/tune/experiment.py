@@ -20,12 +20,16 @@ from shaper_fmu.analysis.identification import (
     identify,
 )
 from shaper_fmu.analysis.modal_response import ModalResponse, modal_response
+from shaper_fmu.errors import ShaperFmuError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
 from shaper_fmu.tune.experiment_excitation import Excitation, ExcitationKind
 from shaper_fmu.tune.experiment_look import look
 from shaper_fmu.tune.experiment_plant import Plant
 from shaper_fmu.tune.experiment_response import TOLERATED, Experiment, Response
+from shaper_fmu.tune.linear_comparison import LinearComparison, compare
+from shaper_fmu.tune.linear_modes import AT_REST
+from shaper_fmu.tune.linearization import NoLinearizationError, linearize
 
 _SAMPLES_PER_PERIOD = 30
 _FEWEST_PER_PERIOD = 12
@@ -56,6 +60,7 @@ class PlantIdentification:
         coupling: what the length of the communication step changes of the response, as a share of it; 0 for an FMU alone.
         start_values: of the operating point.
         findings: what the user should know, of the experiment and of the identification.
+        linear: comparison with the FMU's linearization; None where that cannot be had.
     """
 
     identification: Identification
@@ -71,6 +76,7 @@ class PlantIdentification:
     coupling: float
     start_values: Mapping[str, Any]
     findings: tuple[Finding, ...]
+    linear: LinearComparison | None = None
 
     @property
     def modes(self) -> tuple[Mode, ...]:
@@ -121,6 +127,8 @@ def experiment(
     amplitude: float | None = None,
     duration: float | None = None,
     smallest_share: float = 1e-3,
+    linear: bool = True,
+    restored: bool = True,
 ) -> PlantIdentification:
     """Identify the modes from `input` to `outputs` at an operating point, by experiments.
 
@@ -132,30 +140,45 @@ def experiment(
         amplitude: of the excitation, in the input's unit; None to find one at which the response is linear.
         duration: a guess of how long a few periods of the slowest mode take [s]; else the FMU's default experiment, or 10 s.
         smallest_share: modes with less of the amplitude than this, in each output, are not told.
+        linear: whether the modes are compared with those of the FMU's linearization, where it can be had (see `linearize`).
+        restored: whether runs begin in the settled states, where the FMUs save and restore them exactly; else all at the start.
 
     Raises IdentificationError where nothing can be said, SimulationError where the plant cannot be run, ModelError for names.
     """
     plant = source if isinstance(source, Plant) else Plant(source, input, outputs, start_values)
-    trial = Experiment(plant, dict(point or {}))
-    guess = duration or plant.duration_hint
-    unrest = trial.settle(guess)
-    first = amplitude if amplitude is not None else plant.first_amplitude(trial.rest)
-    seen = look(trial, excitation, first, guess)
+    trial = Experiment(plant, dict(point or {}), restored=restored)
+    try:
+        guess = duration or plant.duration_hint
+        unrest = trial.settle(guess)
+        first = amplitude if amplitude is not None else plant.first_amplitude(trial.rest)
+        found, response = _identified(trial, excitation, first, guess, smallest_share, search=amplitude is None)
+    finally:
+        trial.close()
+    findings = _findings(response, trial, unrest) + list(found.findings)
+    compared, told = _compared(trial, found, response, smallest_share) if linear else (None, [])
+    return PlantIdentification(
+        found, response.excitation, response.time, response.values, plant.input, plant.input_unit, tuple(plant.outputs),
+        tuple(plant.units), trial.settle_time, response.nonlinearity, response.coupling, dict(point or {}),
+        tuple(findings + told), compared,
+    )  # fmt: skip
+
+
+def _identified(
+    trial: Experiment, kind: ExcitationKind, amplitude: float, guess: float, smallest_share: float, *, search: bool
+) -> tuple[Identification, Response]:
+    """A first look, then closer ones until the modes stay."""
+    seen = look(trial, kind, amplitude, guess)
     found, response = seen.found, seen.response
     for _ in range(_REFINEMENTS):
         plan = _plan(found, seen.duration)
-        response = _closer(trial, excitation, first, plan, search=amplitude is None)
+        response = _closer(trial, kind, amplitude, plan, search=search)
         step = float(response.time[1])
         before, found = found, identify(
-            free_response(response.values, step, plant.outputs, response.error), smallest_share=smallest_share
+            free_response(response.values, step, trial.plant.outputs, response.error), smallest_share=smallest_share
         )  # fmt: skip
         if not found.has("too_fast") and (_is_same(before, found) or not found.vibrates):
             break
-    findings = _findings(response, plant, unrest) + list(found.findings)
-    return PlantIdentification(
-        found, response.excitation, response.time, response.values, plant.input, plant.input_unit, tuple(plant.outputs),
-        tuple(plant.units), trial.settle_time, response.nonlinearity, response.coupling, dict(point or {}), tuple(findings),
-    )  # fmt: skip
+    return found, response
 
 
 @dataclass(frozen=True)
@@ -208,11 +231,14 @@ def _is_same(before: Identification, found: Identification) -> bool:
     return all(abs(math.log(a / b)) < math.log(_SETTLED_ENOUGH) for a, b in zip(scales(before), scales(found), strict=True))
 
 
-def _findings(response: Response, plant: Plant, unrest: str | None) -> list[Finding]:
+def _findings(response: Response, trial: Experiment, unrest: str | None) -> list[Finding]:
     found = [Finding("no_rest", unrest)] if unrest else []
+    if trial.settling.problem is not None:
+        found.append(Finding("state_lost", trial.settling.problem))
     if response.nonlinearity > TOLERATED:
+        size = f"{response.excitation.amplitude:.3g} {trial.plant.input_unit}"
         text = (
-            f"the plant is too nonlinear: about half the excitation of {response.excitation.amplitude:.3g} {plant.input_unit} "
+            f"the plant is too nonlinear: about half the excitation of {size} "
             f"changes the response per amplitude by {response.nonlinearity:.2g} of it (tolerated: {TOLERATED:g}); the modes are "
             "those of this amplitude"
         )
@@ -221,3 +247,21 @@ def _findings(response: Response, plant: Plant, unrest: str | None) -> list[Find
         text = f"the communication step still changes the response by {response.coupling:.1e} of it, even when it is divided by 256"
         found.append(Finding("coupling", text))
     return found
+
+
+def _compared(
+    trial: Experiment, found: Identification, response: Response, smallest_share: float
+) -> tuple[LinearComparison | None, list[Finding]]:
+    """The comparison with the FMU's linearization at the operating point, where it has one and is at rest, and what it tells."""
+    try:
+        linearization = linearize(trial.plant, point=trial.point, settle_time=trial.settle_time)
+        if linearization.at_rest:
+            compared = compare(linearization, found, response.excitation, response.nonlinearity, smallest_share)
+            return compared, [Finding("linearized", compared.text)]
+        moment, unrest = linearization.time, linearization.unrest
+        why = f"at t = {moment:g} s its states are {unrest:.1e} of their size from rest (at most {AT_REST:g})"
+    except NoLinearizationError:
+        return None, []
+    except ShaperFmuError as error:
+        why = str(error)
+    return None, [Finding("not_linearized", f"the modes are not compared with the FMU's linearization: {why}")]

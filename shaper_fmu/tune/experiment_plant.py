@@ -10,6 +10,7 @@ import numpy as np
 
 from shaper_fmu.errors import ModelError, nearest
 from shaper_fmu.master.fmu import TRANSFERABLE, Fmu, kind_of, load_fmu
+from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
 
@@ -85,6 +86,21 @@ class Plant:
         stops = [_number(one.stopTime) for one in told if one is not None]
         return max((stop for stop in stops if stop is not None and stop > 0.0), default=_DEFAULT_DURATION)
 
+    @property
+    def fmus(self) -> dict[str, Fmu]:
+        """Its FMUs by instance name; of an FMU given alone the instance is `ALONE`."""
+        return dict(self._system.fmus)
+
+    def port(self, name: str) -> tuple[str, str]:
+        """Instance and variable of a name."""
+        return self._system.split(self._full(name))
+
+    def start_values(self, instance: str, point: Mapping[str, Any]) -> dict[str, Any]:
+        """All that an instance is given at an operating point, by scalar name, without the excited input."""
+        fmu = self._system.fmus[instance]
+        given = {**self._system.start_values[instance], **fmu.start_values(self._own(instance, point))}
+        return {name: value for name, value in given.items() if f"{instance}.{name}" != self.input}
+
     def rest_value(self, point: Mapping[str, Any]) -> float:
         """The input's value at an operating point: what it is given there, else its start value, else 0."""
         instance, variable = self._system.split(self.input)
@@ -109,23 +125,34 @@ class Plant:
 
         The communication step is step / substeps; where FMUs are coupled, their inputs are linear over it as far as they can.
         """
+        with Simulation(self.driven(table), record=self.outputs) as simulation:
+            found = self.simulate(simulation, stop_time, step / substeps, point)
+        return found.time[::substeps], self.values(found)[::substeps]
+
+    def driven(self, table: np.ndarray) -> System:
+        """The plant with its input held at the `table`'s (time, value), rows of shape (k, 2)."""
         system = copied(self._system)
-        given = self._given(point)
-        given.pop(self.input, None)
-        known = {f"{name}.{variable}" for name, values in system.start_values.items() for variable in values}
-        unknown = [name for name in given if name.partition(".")[0] not in system.fmus]
-        if unknown:
-            raise ModelError([f"{name!r}: there is no such instance.{nearest(name, known)}" for name in unknown])
         instance, variable = system.split(self.input)
         system.start_values[instance].pop(variable, None)
         system.drive(self.input, table)
-        with Simulation(system, record=self.outputs) as simulation:
-            found = simulation.run(
-                stop_time, step / substeps, start_values=given,
-                algorithm="gauss_seidel" if self.coupled else "jacobi", interpolation="linear" if self.coupled else "hold",
-            )  # fmt: skip
-        values = np.column_stack([found[name] for name in self.outputs])
-        return found.time[::substeps], values[::substeps]
+        return system
+
+    def values(self, results: Results) -> np.ndarray:
+        """The outputs of a run, shape (n, m)."""
+        return np.column_stack([results[name] for name in self.outputs])
+
+    def simulate(self, simulation: Simulation, stop_time: float, step: float, point: Mapping[str, Any]) -> Results:
+        """Run a simulation of this plant, with its input driven, at an operating point from time 0 on."""
+        given = self._given(point)
+        given.pop(self.input, None)
+        known = {f"{name}.{variable}" for name, values in self._system.start_values.items() for variable in values}
+        unknown = [name for name in given if name.partition(".")[0] not in self._system.fmus]
+        if unknown:
+            raise ModelError([f"{name!r}: there is no such instance.{nearest(name, known)}" for name in unknown])
+        return simulation.run(
+            stop_time, step, start_values=given,
+            algorithm="gauss_seidel" if self.coupled else "jacobi", interpolation="linear" if self.coupled else "hold",
+        )  # fmt: skip
 
 
 def alone_system(source: Fmu | Path | str, start_values: Mapping[str, Any]) -> System:

@@ -171,5 +171,7 @@ def _differences(found: list[PlantIdentification]) -> list[Finding]:
             findings.append(
                 Finding("modes_differ", f"{where}: {len(other.modes)} modes, where the nominal point has {len(found[0].modes)}")
             )
-        findings += [Finding(one.code, f"{where}: {one.text}") for one in other.findings if one.code not in known]
+        differs = other.linear is not None and not other.linear.agrees
+        worth = [one for one in other.findings if one.code not in known or (one.code == "linearized" and differs)]
+        findings += [Finding(one.code, f"{where}: {one.text}") for one in worth]
     return findings

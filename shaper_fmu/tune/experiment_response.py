@@ -10,8 +10,11 @@ from typing import Any
 import numpy as np
 
 from shaper_fmu.errors import SimulationError
+from shaper_fmu.master.simulation import Simulation
+from shaper_fmu.master.system import System
 from shaper_fmu.tune.experiment_excitation import Excitation
 from shaper_fmu.tune.experiment_plant import Plant
+from shaper_fmu.tune.experiment_state import SettledRuns, Settling
 
 LINEAR = 1e-4
 """Nonlinearity that is small enough, where it can be had."""
@@ -25,6 +28,8 @@ _MOST_DOUBLINGS = 7
 _AT_REST = 1e-3
 _COUPLING = 1e-5
 _MOST_SUBSTEPS = 256
+_WORTH = 0.1
+"""Share of a run's steps in which the plant settles, from which on states are saved."""
 
 
 @dataclass(frozen=True)
@@ -50,12 +55,21 @@ class Response:
 
 @dataclass
 class Experiment:
-    """Runs of a plant at one operating point; runs without excitation are kept."""
+    """Runs of a plant at one operating point; runs without excitation are kept, and so are the states in which it has settled.
+
+    Close it at the end. With `restored` False each run begins at the start.
+    """
 
     plant: Plant
     point: Mapping[str, Any]
     settle_time: float = 0.0
+    restored: bool = True
+    settling: Settling = field(default_factory=Settling)
     _rests: dict[tuple[float, ...], np.ndarray] = field(default_factory=dict)
+
+    def close(self) -> None:
+        """Free the states."""
+        self.settling.close()
 
     @property
     def rest(self) -> float:
@@ -98,17 +112,37 @@ class Experiment:
         first = round(excitation.end / step) + 1
         stop = (first + samples - 1) * step
         key = (step, stop, substeps, excitation.rest)
+        unexcited = np.array([[0.0, excitation.rest]])
         if key not in self._rests:
             if len(self._rests) > 8:
                 self._rests.clear()
-            unexcited = np.array([[0.0, excitation.rest]])
-            self._rests[key] = self.plant.run(unexcited, stop, step, self.point, substeps)[1]
-        excited = self.plant.run(excitation.table(), stop, step, self.point, substeps)[1]
-        return np.clip((excited - self._rests[key])[first : first + samples], -_HUGE, _HUGE)
+            settled = round(excitation.start / step * substeps) - 1  # the excitation begins with the step after
+            self._rests[key] = self._unexcited(key, unexcited, settled)
+        rest, system = self._rests[key], self.plant.driven(excitation.table())
+        excited = self.settling.excited(key, system, self.plant.driven(unexcited), rest)
+        if excited is None:
+            excited = self._run(system, stop, step / substeps)
+        return np.clip((excited - rest)[::substeps][first : first + samples], -_HUGE, _HUGE)
+
+    def _run(self, system: System, stop: float, step: float) -> np.ndarray:
+        with Simulation(system, record=self.plant.outputs) as simulation:
+            return self.plant.values(self.plant.simulate(simulation, stop, step, self.point))
+
+    def _unexcited(self, key: tuple[float, ...], table: np.ndarray, settled: int) -> np.ndarray:
+        """Outputs at every communication step without excitation; states after `settled` steps are kept where that is worth it."""
+        system = self.plant.driven(table)
+        step, stop = key[0] / key[2], key[1]
+        worth = settled >= _WORTH * stop / step and self.restored and self.settling.problem is None
+        if worth and SettledRuns.serves(system):
+            runs = SettledRuns(system, self.plant.outputs, settled)
+            found = self.settling.unexcited(key, runs, lambda: self.plant.values(self.plant.simulate(runs, stop, step, self.point)))
+            if found is not None:
+                return found
+        return self._run(system, stop, step)
 
     def rounding(self) -> np.ndarray:
         """Size of the outputs' rounding errors in the runs without excitation, shape (m,)."""
-        sizes = [np.abs(values).max(axis=0) for values in self._rests.values()]
+        sizes = [np.abs(values[:: int(key[2])]).max(axis=0) for key, values in self._rests.items()]
         return 4.0 * np.finfo(float).eps * np.max(sizes, axis=0)
 
     def respond(self, excitation: Excitation, step: float, samples: int, *, search: bool = True) -> Response:

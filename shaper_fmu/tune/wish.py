@@ -44,6 +44,8 @@ class Wish:
         allow_negative: whether impulses may be negative.
         kinds: the shapers and profiles to choose from, names of `KNOWN`; None for all.
         move: a move that the command makes; None for any command.
+        nominal_tolerance: like `tolerance`, where each mode has its nominal natural frequency and damping ratio,
+            0 < nominal_tolerance <= 1. 1 is no condition, and nor is anything from `tolerance` on.
     """
 
     tolerance: float = 0.05
@@ -53,10 +55,15 @@ class Wish:
     allow_negative: bool = False
     kinds: tuple[str, ...] | None = None
     move: Move | None = None
+    nominal_tolerance: float = 1.0
 
     def __post_init__(self) -> None:
         if not 0.0 < self.tolerance < 1.0:
             raise ComponentError(f"tolerance = {self.tolerance:g} is outside its domain 0 < tolerance < 1")
+        if not 0.0 < self.nominal_tolerance <= 1.0:
+            raise ComponentError(
+                f"nominal_tolerance = {self.nominal_tolerance:g} is outside its domain 0 < nominal_tolerance <= 1 (1: no condition)"
+            )
         if not self.longest_delay >= 0.0:
             raise ComponentError(f"longest_delay = {self.longest_delay:g} s: it cannot be negative")
         for kind in self.kinds or ():
@@ -64,6 +71,16 @@ class Wish:
                 raise ComponentError(f"there is no shaper or profile {kind!r}.{nearest(kind, KNOWN)}")
             if kind in NEGATIVE and not self.allow_negative:
                 raise ComponentError(f"{kind} has negative impulses; allow them (allow_negative), or leave it out")
+
+    @property
+    def nominal_asked(self) -> bool:
+        """Whether anything is asked for at the nominal point, so that shapers are designed for it, too."""
+        return self.nominal_tolerance < 1.0
+
+    @property
+    def nominal_stricter(self) -> bool:
+        """Whether the nominal condition asks for more than the one over the ranges, in which the nominal point lies."""
+        return self.nominal_tolerance < self.tolerance
 
     def wants(self, kind: str) -> bool:
         """Whether this kind is to be considered."""

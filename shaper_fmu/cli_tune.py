@@ -1,0 +1,172 @@
+"""The command `shaper-fmu tune`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from shaper_fmu.console import err, out, show
+
+if TYPE_CHECKING:
+    from shaper_fmu.tune.tuning import Tuning
+
+_TABLES = (".csv", ".parquet", ".tsv", ".txt")
+
+
+def share(text: str) -> float:
+    """A share, written as 5% or 0.05. Raises BadParameter for anything else."""
+    number = text.strip()
+    try:
+        value = float(number[:-1]) / 100.0 if number.endswith("%") else float(number)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise typer.BadParameter(f"{text!r} is no share; write 5% or 0.05")
+    return value
+
+
+def tune(
+    plant: Annotated[
+        Path,
+        typer.Argument(help="The plant (.fmu), a system with a free input (.ssp), or a measured response (.csv, .parquet)."),
+    ],
+    input_: Annotated[
+        str,
+        typer.Option("--input", help="The plant's input that gets the commands; of a measured response the excitation's column."),
+    ] = "",
+    outputs: Annotated[
+        list[str] | None, typer.Option("--output", help="An output that shall not vibrate; repeatable. Default: all that do.")
+    ] = None,
+    tolerance: Annotated[str, typer.Option(help="Residual vibration that is tolerated, as a share of the unshaped.")] = "5%",
+    nominal: Annotated[str, typer.Option(help="The same for the nominal plant; never more than --tolerance.")] = "1%",
+    max_delay: Annotated[
+        float, typer.Option(help="How much later than the unshaped command the shaped one may end [s].", show_default="any")
+    ] = math.inf,
+    vary: Annotated[
+        list[str] | None, typer.Option(help="A parameter of the plant that varies, such as mass=10%; repeatable.")
+    ] = None,
+    margin: Annotated[
+        str | None, typer.Option(help="Added to each natural frequency's range at both ends. Default: 10%, with --vary 0%.")
+    ] = None,
+    damping_margin: Annotated[str, typer.Option(help="Added to each damping ratio's range at both ends.")] = "0%",
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", help="A start value of the plant, such as mass=2; repeatable.")
+    ] = None,
+    amplitude: Annotated[
+        float | None,
+        typer.Option(help="Size of the plant's commands, in the input's unit. Default: what the description suggests."),
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option(help="A guess how long some periods of the slowest mode take [s]. Default: what the FMU tells.")
+    ] = None,
+    kinds: Annotated[
+        list[str] | None, typer.Option("--kind", help="A shaper to choose from, such as zvd; repeatable. Default: all.")
+    ] = None,
+    allow_negative: Annotated[bool, typer.Option("--allow-negative", help="Shapers may have negative impulses.")] = False,
+    excitation_end: Annotated[
+        float | None, typer.Option(help="When the measured response becomes free [s]. Default: from --input, or a guess.")
+    ] = None,
+    output_folder: Annotated[Path | None, typer.Option(help="Folder for what is written. Default: <plant>_tuned.")] = None,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Whether to write the report.")] = True,
+) -> None:
+    """Identify a plant's modes, choose a shaper for them, and verify it on the plant.
+
+    Writes the shaper as an FMU and as a parameter set, the plant behind it as an SSP archive, a report, and all numbers as JSON.
+    Exit code 1 if no shaper does what is wanted; the words say why, and what would help.
+
+    \b
+    Examples:
+        shaper-fmu tune crane.fmu --input trolley_acceleration --output swing_angle --vary initial_rope_length=10%
+        shaper-fmu tune loop.ssp --input controller.reference --output chain.position_3 --max-delay 2
+        shaper-fmu tune ringing.csv --input force --output position
+    """
+    from shaper_fmu.tune.outputs import write_tuning
+    from shaper_fmu.tune.tuning import wish_for
+
+    spread = {name: share(text) for name, text in _pairs(vary, "--vary", "mass=10%").items()}
+    allowed = share(tolerance)
+    wanted: dict[str, Any] = {
+        "tolerance": allowed, "nominal_tolerance": min(allowed, share(nominal)), "damping_margin": share(damping_margin),
+        "longest_delay": max_delay, "kinds": tuple(kinds) if kinds else None, "allow_negative": allow_negative,
+    }  # fmt: skip
+    if margin is not None:
+        wanted["frequency_margin"] = share(margin)
+    wish = wish_for(spread, **wanted)
+    start_values = _pairs(settings, "--set", "mass=2")
+    if plant.suffix.lower() in _TABLES:
+        found = _of_table(plant, input_, outputs, wish, excitation_end, [*spread, *start_values])
+    else:
+        found = _of_plant(plant, input_, outputs, wish, spread, start_values, amplitude=amplitude, duration=duration)
+    _tell(found)
+    written = write_tuning(found, output_folder or Path(f"{plant.stem}_tuned"), report=report, say=_say)
+    for path in written:
+        if path.suffix != ".png":
+            out.print(f"wrote {path}")
+    if not found.good:
+        raise typer.Exit(1)
+
+
+def _say(what: str) -> None:
+    err.print(f"{what} ...")
+
+
+def _pairs(given: Sequence[str] | None, option: str, example: str) -> dict[str, str]:
+    found = {}
+    for text in given or []:
+        name, equals, value = text.partition("=")
+        if not (equals and name and value):
+            raise typer.BadParameter(f"{text!r} is not of the form {example}", param_hint=option)
+        found[name.strip()] = value
+    return found
+
+
+def _of_table(
+    path: Path, input_: str, outputs: list[str] | None, wish: Any, excitation_end: float | None, of_plants: list[str]
+) -> Tuning:
+    from shaper_fmu.tune.tuning_measured import tune_measured
+
+    if of_plants:
+        raise typer.BadParameter(f"a measured response has no parameter {of_plants[0]!r}", param_hint="--vary or --set")
+    return tune_measured(path, outputs, wish=wish, input=input_ or None, excitation_end=excitation_end)
+
+
+def _of_plant(
+    path: Path,
+    input_: str,
+    outputs: list[str] | None,
+    wish: Any,
+    spread: dict[str, float],
+    start_values: dict[str, str],
+    **options: Any,
+) -> Tuning:
+    from shaper_fmu.ssp.archive import load_ssp
+    from shaper_fmu.tune.tuning_plant import tune_plant
+
+    if not input_:
+        raise typer.BadParameter("name the input that gets the commands", param_hint="--input")
+    if path.suffix.lower() != ".ssp":
+        return tune_plant(path, input_, outputs, wish=wish, spread=spread, start_values=start_values, say=_say, **options)
+    loaded = load_ssp(path)
+    for note in loaded.notes:
+        err.print(f"note: {note}")
+    for name, value in start_values.items():
+        loaded.set(name, value)
+    return tune_plant(loaded.system, input_, outputs, wish=wish, spread=spread, say=_say, **options)
+
+
+def _tell(found: Tuning) -> None:
+    """Print the modes, what was noticed, and the result."""
+    from shaper_fmu.report.tune_evidence import evidence
+    from shaper_fmu.report.tune_modes import modes_table
+
+    seen = evidence(found)
+    if seen.found.modes:
+        show(modes_table(found, seen))
+    for finding in found.findings:
+        err.print(f"note: {finding.text}")
+    verdict = found.verdict.replace("_", " ")
+    out.print(found.words if found.words.startswith(verdict) else f"{verdict}: {found.words}")

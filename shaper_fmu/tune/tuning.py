@@ -1,0 +1,87 @@
+"""What a tuning has found: the modes of a plant, a shaper for them, and what that does on the plant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from shaper_fmu.analysis.identification import Finding
+from shaper_fmu.tune.choice import Choice
+from shaper_fmu.tune.choice_search import Candidate
+from shaper_fmu.tune.experiment_range import PlantModes
+from shaper_fmu.tune.measured import MeasuredIdentification
+from shaper_fmu.tune.responses import Responses
+from shaper_fmu.tune.shaped_plant import ShapedPlant
+from shaper_fmu.tune.verify import Verification
+from shaper_fmu.tune.verify_command import Command
+from shaper_fmu.tune.wish import Wish
+
+Verdict = Literal["tuned", "proven", "no_vibration", "unstable", "nothing_fits", "not_held", "not_verified"]
+"""tuned: the recommended shaper holds on the plant; proven: from measured data, so that there is no plant to try it on;
+no_vibration, unstable: there is nothing to shape, or nothing that shaping could help; nothing_fits: see `Choice.nearest`; not_held:
+on the plant the shaper leaves more than the tolerance; not_verified: no output settles, so that nothing could be compared."""
+
+GOOD: tuple[Verdict, ...] = ("tuned", "proven", "no_vibration")
+"""Verdicts after which nothing more is to be done."""
+
+UNKNOWN_MARGIN = 0.1
+"""Of the natural frequencies, where nobody has said what varies."""
+
+Say = Callable[[str], None]
+"""Called with what is done next, in words."""
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What was found, chosen and verified.
+
+    Attributes:
+        verdict: see `Verdict`.
+        words: the result in a few sentences.
+        source: the plant's or the file's name.
+        input, input_unit: the plant's input and its unit; "" for measured data.
+        command: of the verification.
+        outputs: names.
+        spread: parameters of the plant and the share by which each varies.
+        system: the plant, to be wired with a shaper; None for measured data.
+        plant: what experiments have shown; None for measured data.
+        measured: what measured data have shown; None for a plant.
+        choice: None where there is nothing to choose.
+        verification: None where there is no plant, or nothing could be compared.
+        responses: of the plant to a step, shaped and unshaped, nominal and worst.
+        findings: what the user should know.
+    """
+
+    verdict: Verdict
+    words: str
+    source: str
+    input: str
+    input_unit: str
+    command: Command
+    outputs: tuple[str, ...]
+    spread: Mapping[str, float]
+    system: ShapedPlant | None
+    plant: PlantModes | None
+    measured: MeasuredIdentification | None
+    choice: Choice | None
+    verification: Verification | None
+    responses: tuple[Responses, ...]
+    findings: tuple[Finding, ...]
+
+    @property
+    def candidate(self) -> Candidate | None:
+        """The shaper that is recommended, or else the nearest one."""
+        return self.choice.nearest if self.choice is not None else None
+
+    @property
+    def good(self) -> bool:
+        """Whether nothing more is to be done."""
+        return self.verdict in GOOD
+
+
+def wish_for(spread: Mapping[str, float], **wanted: Any) -> Wish:
+    """A `Wish` with 1 % nominally, and a margin of the frequencies where nothing is told to vary."""
+    margin = 0.0 if any(spread.values()) else UNKNOWN_MARGIN
+    tolerance = wanted.get("tolerance", Wish.tolerance)
+    return Wish(**{"nominal_tolerance": min(0.01, tolerance), "frequency_margin": margin, **wanted})

@@ -1,0 +1,48 @@
+"""From a measured response to a tuned shaper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from shaper_fmu.tune.boxes import ModeBox
+from shaper_fmu.tune.choice import choose
+from shaper_fmu.tune.experiment_range import ModeRange, Range
+from shaper_fmu.tune.measured import identify_measured
+from shaper_fmu.tune.measured_table import Table
+from shaper_fmu.tune.tuning import Tuning, Verdict, wish_for
+from shaper_fmu.tune.verify_command import Command
+from shaper_fmu.tune.wish import Wish
+
+
+def tune_measured(
+    source: Path | str | Table, outputs: Sequence[str] | None = None, *, wish: Wish | None = None, **options: Any
+) -> Tuning:
+    """Find a shaper from a measured response; there is no plant to verify it on.
+
+    Args:
+        source, outputs, options: of `identify_measured`.
+        wish: what is wanted; by default `wish_for({})`.
+
+    The modes' shares are those of the response as it was excited, not of the response to a step.
+    """
+    wish = wish or wish_for({})
+    measured = identify_measured(source, outputs, **options)
+    name = "the table" if isinstance(source, Table) else Path(source).name
+    modes = measured.identification.modes
+    found = Tuning(
+        "proven", "", name, "", "", Command(), measured.outputs, {}, None, None, measured, None, None, (), measured.findings
+    )  # fmt: skip
+    if not modes:
+        return replace(found, verdict="no_vibration", words=f"{name} shows no vibration, so that no shaper is needed")
+    ranges = [ModeRange(_only(m.natural_frequency), _only(m.damping_ratio), (m,)) for m in modes]
+    boxes = [ModeBox.of_range(r, [float(a) for a in abs(m.residues[0])]) for r, m in zip(ranges, modes, strict=True)]
+    choice = choose(boxes, wish)
+    verdict: Verdict = "proven" if choice.recommended is not None else "nothing_fits"
+    return replace(found, verdict=verdict, words=choice.reason, choice=choice)
+
+
+def _only(value: float) -> Range:
+    return Range(value, value, value)

@@ -1,0 +1,116 @@
+"""From a plant to a tuned shaper: identify its modes, choose a shaper, verify it on the plant; or say why that cannot be."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from shaper_fmu.master.fmu import Fmu
+from shaper_fmu.master.system import System
+from shaper_fmu.tune.boxes import mode_boxes
+from shaper_fmu.tune.choice import choose
+from shaper_fmu.tune.choice_words import percent
+from shaper_fmu.tune.experiment_plant import Plant
+from shaper_fmu.tune.experiment_range import PlantModes, identify_plant
+from shaper_fmu.tune.shaped_plant import ShapedPlant
+from shaper_fmu.tune.tuning import Say, Tuning, Verdict, wish_for
+from shaper_fmu.tune.tuning_trial import tightened, tried
+from shaper_fmu.tune.verify_command import Command
+from shaper_fmu.tune.wish import Wish
+
+_UNSTABLE = ("unstable", "growth")
+_ATTEMPTS = 3
+
+
+def tune_plant(
+    source: System | Fmu | Path | str,
+    input: str,
+    outputs: Sequence[str] | None = None,
+    *,
+    wish: Wish | None = None,
+    spread: Mapping[str, float] | None = None,
+    amplitude: float | None = None,
+    start_values: Mapping[str, Any] | None = None,
+    say: Say = lambda _: None,
+    **options: Any,
+) -> Tuning:
+    """Find a shaper for an FMU's or a system's `input`, so that its `outputs` do not vibrate after a command.
+
+    Args:
+        source: an FMU, or a system whose input is free; in a system names are "instance.variable".
+        input, outputs: names; all real outputs that vibrate if none are named.
+        wish: what is wanted; by default `wish_for(spread)`.
+        spread: parameters of the plant and by which share each varies: {"mass": 0.1} for +-10 % of its start value. The modes are
+            identified with the nominal values and in all corners; in the verification all of them vary.
+        amplitude: of the command's step in the verification, in the input's unit; by default as in the experiment's first try.
+        start_values: of an FMU given alone.
+        options: of `experiment`.
+
+    Raises IdentificationError where the experiments do not support an answer, ModelError for wrong names, SimulationError if
+    the plant cannot be run.
+    """
+    spread = dict(spread or {})
+    wish = wish or wish_for(spread)
+    shaped = ShapedPlant(source, input, start_values)
+    plant = Plant(source, input, outputs, start_values)
+    say("identifying the modes")
+    modes = identify_plant(plant, points=corners(shaped.nominal_values(spread), spread), **options)
+    names = [shaped.short(name) for name in (plant.outputs if outputs else _vibrating(modes))]
+    rest = plant.rest_value({})
+    size = amplitude if amplitude is not None else plant.first_amplitude(rest)
+    step = Command(rest, size, modes.nominal.settle_time)
+    found = Tuning(
+        "tuned", "", shaped.plant.name, shaped.short(shaped.input), shaped.unit(input), step,
+        tuple(names), spread, shaped, modes, None, None, None, (), modes.findings,
+    )  # fmt: skip
+    hopeless = _hopeless(modes)
+    if hopeless is not None:
+        return replace(found, verdict=hopeless[0], words=hopeless[1])
+    say("choosing a shaper")
+    boxes = mode_boxes(modes, [shaped.full(name) for name in names])
+    choice = choose(boxes, wish)
+    if choice.recommended is None:
+        return replace(found, verdict="nothing_fits", words=choice.reason, choice=choice)
+    found = replace(found, choice=choice)
+    for _ in range(_ATTEMPTS):
+        say("verifying it on the plant")
+        found = tried(found, wish, source, shaped, start_values)
+        tighter = tightened(found, wish) if found.verdict == "not_held" else None
+        if tighter is None:
+            break
+        say(f"choosing again, for {percent(tighter.tolerance)} and nominally {percent(tighter.nominal_tolerance)}")
+        choice = choose(boxes, tighter)
+        if choice.recommended is None:
+            break
+        found = replace(found, choice=choice)
+    return found
+
+
+def corners(nominals: Mapping[str, float], spread: Mapping[str, float]) -> list[dict[str, float]]:
+    """The nominal point, and each combination of least and largest values of what varies."""
+    varied = {name: share for name, share in spread.items() if share > 0.0}
+    ends = [(nominals[name] * (1.0 - share), nominals[name] * (1.0 + share)) for name, share in varied.items()]
+    points = [{name: nominals[name] for name in varied}]
+    return points + [dict(zip(varied, place, strict=True)) for place in itertools.product(*ends) if varied]
+
+
+def _vibrating(modes: PlantModes) -> list[str]:
+    """Outputs in which a mode is seen; all of them if there is none."""
+    found = [abs(mode.residues[0]) for mode in modes.nominal.modes]
+    seen = [name for j, name in enumerate(modes.nominal.outputs) if any(sizes[j] > 0.0 for sizes in found)]
+    return seen or list(modes.nominal.outputs)
+
+
+def _hopeless(modes: PlantModes) -> tuple[Verdict, str] | None:
+    """Why there is nothing to choose, if that is so."""
+    for one in modes.findings:
+        if one.code in _UNSTABLE:
+            text = "no command shaper can help a plant that is unstable: stabilise it by feedback first, and tune the closed loop"
+            return "unstable", f"{one.text}; {text}"
+    if not modes.nominal.modes:
+        said = [one.text for one in modes.findings if one.code in ("no_vibration", "overdamped")]
+        return "no_vibration", "; ".join(said) or "no mode of vibration was found; no shaper is needed"
+    return None

@@ -1,0 +1,108 @@
+"""The recommended shaper tried on the plant, and a tighter wish where the plant is not quite its modes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from shaper_fmu.errors import ComponentError, SimulationError
+from shaper_fmu.tune.choice_words import percent
+from shaper_fmu.tune.experiment_range import PlantModes
+from shaper_fmu.tune.responses import simulated_responses
+from shaper_fmu.tune.shaped_plant import ShapedPlant
+from shaper_fmu.tune.tuning import Tuning, Verdict
+from shaper_fmu.tune.verify import verify
+from shaper_fmu.tune.verify_command import MOST_INTEGRATORS, command_for
+from shaper_fmu.tune.wish import Wish
+
+_CLOSER = 0.97
+"""What of the tolerance a tighter design aims at, so that the plant, which is not quite its modes, keeps it."""
+_MOST_TIGHTENED = 0.5
+_POLES_AT_0 = {"offset": 1, "drift": 2, "acceleration": 3}
+_OF_EXCITATION = {"pulse": 0, "chirp": 0, "step": -1, "doublet": 1}
+"""Integrators that are seen, less those of the plant: a pulse is the derivative of a step, a doublet that of a pulse."""
+_SEEN = 1e-6
+"""Share of the vibration's amplitude above which a motion of a rigid body is one, and not rounding."""
+
+
+def tried(found: Tuning, asked: Wish, source: Any, shaped: ShapedPlant, start_values: Mapping[str, Any] | None) -> Tuning:
+    """The tuning with what simulations of the plant behind the shaper have shown."""
+    assert found.plant is not None
+    assert found.choice is not None
+    choice = found.choice
+    depths = {name: integrators(found.plant, shaped.full(name)) for name in found.outputs}
+    settling = [name for name, depth in depths.items() if depth <= MOST_INTEGRATORS]
+    if not settling:
+        return _untried(
+            found,
+            f"{' and '.join(found.outputs)} move on for ever, whatever is done to {found.input} (a rigid body), so that there is "
+            "no rest to compare with; name an output that comes to rest, such as a deflection",
+        )
+    given, most = found.command, max(depths[name] for name in settling)
+    command = command_for(choice.boxes, given.rest, given.amplitude, given.start, most)
+    found = replace(found, command=command)
+    try:
+        seen = verify(
+            source, found.input, settling, choice.nearest, choice.boxes, found.spread,
+            tolerance=asked.tolerance, command=command, start_values=start_values,
+        )  # fmt: skip
+    except ComponentError as error:
+        return _untried(found, str(error))
+    except SimulationError as error:
+        assert found.plant is not None
+        unit = f" {found.input_unit}" if found.input_unit else ""
+        return _untried(
+            found,
+            f"a {command.name} of {command.amplitude:.5g}{unit} fails: {error}. Tell how large the commands are (amplitude); in "
+            f"the experiments it was {found.plant.nominal.excitation.amplitude:.3g}{unit}",
+        )
+    holds = seen.holds and seen.nominal.share <= asked.nominal_tolerance
+    cases = {"nominal": seen.nominal} | ({"worst": seen.worst} if seen.worst is not seen.nominal else {})
+    responses = tuple(
+        simulated_responses(shaped, settling, choice.nearest, choice.boxes, command, case, one.values)
+        for case, one in cases.items()
+    )
+    designed = f"{percent(choice.wish.tolerance)} and nominally {percent(choice.wish.nominal_tolerance)}"
+    closer = f". It is designed for {designed}, so that the plant keeps what is asked for" if choice.wish != asked else ""
+    words = f"{choice.reason}{closer}. On the plant: {seen.reason}"
+    verdict: Verdict = "tuned" if holds else "not_held"
+    return replace(found, verdict=verdict, words=words, verification=seen, responses=responses)
+
+
+def _untried(found: Tuning, why: str) -> Tuning:
+    assert found.choice is not None
+    return replace(found, verdict="not_verified", words=f"{found.choice.reason}. It could not be tried on the plant: {why}")
+
+
+def tightened(found: Tuning, asked: Wish) -> Wish | None:
+    """A wish whose shaper should hold on the plant, where what was tried leaves a little more; None where it is much more.
+
+    What the plant leaves over what was proven for its modes is taken to stay: half a peak-to-peak value is not an envelope, and
+    a plant is not quite its modes.
+    """
+    assert found.choice is not None
+    assert found.verification is not None
+    seen, candidate, wish = found.verification, found.choice.nearest, found.choice.wish
+    tolerance, nominal = wish.tolerance, wish.nominal_tolerance
+    if seen.worst.share > asked.tolerance:
+        tolerance = min(tolerance, _CLOSER * asked.tolerance * candidate.worst_case / seen.worst.share)
+    if seen.nominal.share > asked.nominal_tolerance:
+        nominal = min(nominal, _CLOSER * asked.nominal_tolerance * candidate.nominal / seen.nominal.share)
+    if seen.failed or tolerance < _MOST_TIGHTENED * asked.tolerance or nominal < _MOST_TIGHTENED * asked.nominal_tolerance:
+        return None
+    return replace(wish, tolerance=tolerance, nominal_tolerance=nominal)
+
+
+def integrators(modes: PlantModes, output: str) -> int:
+    """How many poles at 0 there are between the input and an output: after a step it moves on at constant speed for one."""
+    nominal = modes.nominal
+    place, end = nominal.outputs.index(output), float(nominal.time[-1])
+    swinging = sum(abs(mode.residues[0][place]) for mode in nominal.modes)
+    powers = {"offset": 0, "drift": 1, "acceleration": 2}
+    seen = [
+        _POLES_AT_0[one.kind]
+        for one in nominal.identification.others
+        if one.kind in powers and abs(one.residues[0][place]) * end ** powers[one.kind] > _SEEN * swinging
+    ]
+    return max(0, max(seen, default=0) + _OF_EXCITATION[nominal.excitation.kind]) if seen else 0
