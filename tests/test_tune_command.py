@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ from test_tune_experiment import pid_loop, swinging, three_mass_loop
 from three_mass_loop import closed_loop
 
 from shaper_fmu import System, tune_plant, wish_for
+from shaper_fmu.cli import main
 from shaper_fmu.ssp.archive import load_ssp
 from shaper_fmu.ssp.check import check_ssp
 from shaper_fmu.ssp.parameter_sets import apply_parameter_set
@@ -22,9 +25,24 @@ W, ZETA = 5.0, 0.05
 PLANT = ["--set", "mass=2", "--set", "stiffness=50", "--set", "damping=1"]  # W and ZETA
 
 
-def tuned(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-    code = "from shaper_fmu.cli import main; main()"
-    words = [sys.executable, "-c", code, "tune", *map(str, arguments)]
+Done = subprocess.CompletedProcess[str]
+
+
+def tuned(*arguments: str | Path, cwd: Path) -> Done:
+    """What the command does, in this process: Python need not start again for each."""
+    out, err, words = io.StringIO(), io.StringIO(), ["shaper-fmu", "tune", *map(str, arguments)]
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
+        patch.chdir(cwd)
+        patch.setattr(sys, "argv", words)
+        with pytest.raises(SystemExit) as end:
+            main()
+    code = end.value.code
+    return Done(words, code if isinstance(code, int) else 0, out.getvalue(), err.getvalue())
+
+
+def typed(*arguments: str | Path, cwd: Path) -> Done:
+    """What it does as a user types it."""
+    words = [sys.executable, "-c", "from shaper_fmu.cli import main; main()", "tune", *map(str, arguments)]
     return subprocess.run(words, capture_output=True, text=True, cwd=cwd, timeout=300)
 
 
@@ -33,11 +51,11 @@ def half_peak_to_peak(values: np.ndarray) -> float:
 
 
 @pytest.fixture(scope="module")
-def spring(fmus, tmp_path_factory) -> tuple[Path, subprocess.CompletedProcess[str]]:
+def spring(fmus, tmp_path_factory) -> tuple[Path, Done]:
     """A mass and a spring, tuned for a mass that varies by 10 %."""
     folder = tmp_path_factory.mktemp("tuned")
     plant = fmus / "MassSpringDamper.fmu"
-    done = tuned(plant, "--input", "force", "--output", "position", "--vary", "mass=10%", *PLANT, cwd=folder)
+    done = typed(plant, "--input", "force", "--output", "position", "--vary", "mass=10%", *PLANT, cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder / "MassSpringDamper_tuned", done
 

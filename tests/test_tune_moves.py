@@ -10,6 +10,7 @@ import pytest
 from shaper_fmu.profiles.design import profile
 from shaper_fmu.tune.boxes import ModeBox
 from shaper_fmu.tune.choice import choose
+from shaper_fmu.tune.experiment_range import Range
 from shaper_fmu.tune.wish import Move, Wish
 
 W = 4.65
@@ -55,3 +56,24 @@ def test_a_profiles_duration_is_the_shortest_that_fits():
     x = 0.5 * W * choice.recommended.profile.duration
     assert abs(math.sin(x) / (x * (1.0 - x * x / math.pi**2))) == pytest.approx(choice.recommended.worst_case, abs=1e-6)
     assert 0.95 * 0.05 < choice.recommended.worst_case <= 0.05
+
+
+def test_a_move_that_leaves_less_nominally():
+    """A cycloid: V = |sin(x) / (x (1 - x^2 / pi^2))| with x = w T / 2, and 0 at x = 2 pi; ZV on w0: |cos(pi w / (2 w0))|."""
+    box = ModeBox(Range(0.9 * W, 1.02 * W, 1.05 * W), Range(0.0, 0.0, 0.0))
+    plain, nominal = (
+        choose([box], Wish(0.1, move=Move(1.0), kinds=("zv", "cycloid"), nominal_tolerance=limit)).recommended
+        for limit in (1.0, 0.002)
+    )
+    assert plain is not None
+    assert nominal is not None
+    assert plain.nominal > 0.002 >= nominal.nominal
+    assert nominal.worst_case <= 0.1
+    assert nominal.delay >= plain.delay
+    for one in (plain, nominal):
+        assert one.profile is not None
+        x = 0.5 * 1.02 * W * one.profile.duration
+        left = abs(math.sin(x) / (x * (1.0 - x * x / math.pi**2))) if x else 1.0
+        for factor in one.design.factors:
+            left *= abs(math.cos(0.5 * math.pi * 1.02 * W / factor.frequencies[0]))
+        assert one.nominal == pytest.approx(left, abs=1e-9)
