@@ -45,11 +45,21 @@ def check_robustness_sweep(said: str) -> None:
         assert [float(width) for width in widths.groups()] == pytest.approx([4.0 / math.pi * math.asin(share)] * 2, abs=2e-5)
 
 
+def check_tune_a_plant(said: str) -> None:
+    """Small swings of a pendulum: sqrt(g / l), for a rope of 5 m and 10 % more and less; the shaper keeps its tolerances."""
+    numbers = re.search(r"natural frequency ([\d.]+) rad/s, ([\d.]+) to ([\d.]+) rad/s", said)
+    assert numbers is not None
+    expected = [math.sqrt(9.81 / length) for length in (5.0, 5.5, 4.5)]
+    assert [float(number) for number in numbers.groups()] == pytest.approx(expected, rel=2e-6)
+    assert re.search(r"^tuned: .*: the tolerance of 5 % holds", said, re.MULTILINE)
+
+
 CHECKS = {
     "01_shaped_step": check_shaped_step,
     "02_order_of_convergence": check_order_of_convergence,
     "03_your_own_component": check_your_own_component,
     "04_robustness_sweep": check_robustness_sweep,
+    "05_tune_a_plant": check_tune_a_plant,
 }
 
 

@@ -149,7 +149,8 @@ def write_report(
     written, figures = [path], [block for block in blocks if isinstance(block, Figure | Map)]
     for i, block in enumerate(figures):
         files = [path.with_name(f"{path.stem}_{block.key}.{kind}") for kind in pictures]
-        (write_picture if isinstance(block, Figure) else write_map_picture)(block, *files)  # pyright: ignore[reportArgumentType]
+        if files:
+            (write_picture if isinstance(block, Figure) else write_map_picture)(block, *files)  # pyright: ignore[reportArgumentType]
         written += files
         if progress is not None:
             progress(i + 1, len(figures))
