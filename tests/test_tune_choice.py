@@ -23,7 +23,7 @@ from shaper_fmu.tune.wish import NEGATIVE, POSITIVE, Move, Wish
 W = 4.65
 
 
-@pytest.mark.parametrize("seed", range(70))
+@pytest.mark.parametrize("seed", range(100))
 def test_the_recommendation_is_never_dominated(seed: int):
     boxes, wish = random_plant(seed)
     choice = choose(boxes, wish, floor=False)

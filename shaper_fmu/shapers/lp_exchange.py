@@ -223,7 +223,7 @@ def _between(short: _Trial, long: _Trial, precision: float, rising: bool, steps:
     """The next duration between an infeasible and a feasible one: where s = 1 is expected, beside it on the side that was not
     found last, so that both close in on it. Now and then, should that not come to an end, the middle."""
     width = long.duration - short.duration
-    if short.duration == 0.0 or steps % _PATIENCE == 0:
+    if short.duration == 0.0 or math.isinf(short.level) or steps % _PATIENCE == 0:
         return short.duration + 0.5 * width
     expected = short.duration + width * short.level / (short.level - long.level)
     expected += (0.4 if rising else -0.4) * precision * long.duration
