@@ -8,6 +8,7 @@ import zipfile
 
 import numpy as np
 import pytest
+from linear_fmus import linear_fmu
 from scipy.linalg import expm
 
 from shaper_fmu.archives import read_archive, write_archive
@@ -53,6 +54,18 @@ def test_the_error_follows_the_tolerance(versions, algorithm):
     assert errors[2] < 1e-2
     for coarse, fine in itertools.pairwise(errors):
         assert 2.0 < coarse / fine < 5.0  # sqrt(10), if the steps followed the root exactly
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_fmus_are_told_that_they_may_be_set_back(version):
+    """This FMU refuses a state of a time before which nothing was to be set any more; a PD controller on its two modes."""
+    system = System()
+    system.add("plant", linear_fmu(version))
+    system.add("controller", fmu_path("PositionController", platforms=["this"]), proportional_gain=2.0, velocity=0.0)
+    system.drive("controller.reference", 1.0)
+    system.connect("controller.force", "plant.u")
+    system.connect("plant.y", "controller.position")
+    assert len(system.simulate(1.0, 0.05, tolerance=1e-5).time) == 21
 
 
 def test_without_coupling_error_steps_stay_whole_and_events_exact():

@@ -61,14 +61,14 @@ def _program(address, field):
 @inlined
 def _step2(instances, control, number, t, h):
     instance = instances[np.uintp(number)]
-    return judge(control, fmi2_do_step(instance.do_step, (instance.handle, t, h, np.int32(1))), -1 - number, t)
+    return judge(control, fmi2_do_step(instance.do_step, (instance.handle, t, h, np.int32(1 - control.returning))), -1 - number, t)
 
 
 @compiled
 def _step3(instances, control, number, t, h, stepped):
     instance = instances[number]
     a = instance.answers
-    arguments = (instance.handle, t, h, np.uint8(1), a + np.uintp(8), a + np.uintp(9), a + np.uintp(10), a)
+    arguments = (instance.handle, t, h, np.uint8(1 - control.returning), a + np.uintp(8), a + np.uintp(9), a + np.uintp(10), a)
     if not judge(control, fmi3_do_step(instance.do_step, arguments), -1 - number, t):
         return False
     if read_u1(a + np.uintp(9)):

@@ -39,6 +39,7 @@ class StepControl:
 
     def __init__(self, program: Program, control: Any, tolerance: float, feel: Callable[[float], None]):
         self._order = 2 if program.linear_inputs else 1
+        control.returning = 1
         check_rollback(program.instances)
         self._program, self._control, self._tolerance, self._feel = program, control, tolerance, feel
         self._judged = program.continuous_places()

@@ -84,6 +84,7 @@ class SettledRuns(Simulation):
         self, program: Program, control: Any, progress: Any, notes: tuple[str, ...], controller: StepControl | None
     ) -> Results:
         times, record = self._room(control)
+        control.returning = 1
         control.at_grid = 1
         compiled.first_row(program.address, control)
         self._go(program, control, self._settled)

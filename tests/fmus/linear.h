@@ -32,6 +32,7 @@ typedef struct {
     const void *callbacks;
     void *environment, *logger;
     char name[64];
+    double not_before; /* it was told that no state of an earlier time will be set */
 } Linear;
 
 static int is(const Linear *self, enum fault fault) { return self->now.r[FAULT] == (double)fault; }
@@ -102,7 +103,7 @@ static Linear *make(const char *name, int exchange) {
 }
 
 static void start(Linear *self) {
-    self->now.hidden = self->now.time = 0.0;
+    self->now.hidden = self->now.time = self->not_before = 0.0;
     memcpy(self->now.r, STARTS, sizeof STARTS);
 }
 
@@ -112,9 +113,19 @@ static void *saved(const Linear *self) {
     return copy;
 }
 
-static void restore(Linear *self, const State *copy) {
+static void step(Linear *self, double t, double h, int no_going_back) {
+    if (no_going_back)
+        self->not_before = t;
+    advance(self, h);
+}
+
+/* 0 for a state of a time to which nobody was to go back. */
+static int restore(Linear *self, const State *copy) {
     double hidden = self->now.hidden;
+    if (copy->time < self->not_before)
+        return 0;
     self->now = *copy;
     if (is(self, FORGETFUL))
         self->now.hidden = hidden;
+    return 1;
 }

@@ -40,7 +40,10 @@ EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], si
     return fmi2OK;
 }
 
-EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_going_back) { return advance(c, h), fmi2OK; }
+EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_going_back) {
+    step(c, t, h, no_going_back);
+    return fmi2OK;
+}
 
 EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n,
                                                const fmi2ValueReference known[], size_t m, const fmi2Real seed[], fmi2Real found[]) {
@@ -95,7 +98,9 @@ EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
     return fmi2OK;
 }
 
-EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) { return restore(c, state), fmi2OK; }
+EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
+    return restore(c, state) ? fmi2OK : failed(c, "set back, after it was told that this would not be");
+}
 EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) { return free(*state), *state = NULL, fmi2OK; }
 
 EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }

@@ -47,7 +47,7 @@ EXPORT fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], 
 EXPORT fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no_going_back, fmi3Boolean *event_needed,
                              fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *last) {
     *event_needed = *terminate = *early = 0, *last = t + h;
-    advance(c, h);
+    step(c, t, h, no_going_back);
     return fmi3OK;
 }
 
@@ -112,7 +112,9 @@ EXPORT fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
     return fmi3OK;
 }
 
-EXPORT fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) { return restore(c, state), fmi3OK; }
+EXPORT fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
+    return restore(c, state) ? fmi3OK : failed(c, "set back, after it was told that this would not be");
+}
 EXPORT fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) { return free(*state), *state = NULL, fmi3OK; }
 
 EXPORT const char *fmi3GetVersion(void) { return "3.0"; }
