@@ -22,6 +22,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 from sweep import SWEEPS
+from tune import tune_two_modes
 
 PAIRS = (
     loop_vs_bare_calls,
@@ -30,6 +31,7 @@ PAIRS = (
     native_vs_pythonfmu_input_shaper,
     native_vs_handwritten_c,
     native_fmi3_vs_fmi2,
+    tune_two_modes,
 )
 
 

@@ -20,9 +20,9 @@ from shaper_fmu.report.tune_modes import percent, with_deviation
 from shaper_fmu.report.tune_report import VERDICTS, tuning_blocks
 from shaper_fmu.tune.measured_table import Table as Samples
 from shaper_fmu.tune.tuning import Tuning
+from shaper_fmu.tune.tuning_json import SCHEMA, profile_start_values, tuning_numbers, write_json
 from shaper_fmu.tune.tuning_measured import tune_measured
 from shaper_fmu.tune.tuning_plant import tune_plant
-from shaper_fmu.tune.tuning_json import SCHEMA, profile_start_values, tuning_numbers, write_json
 from shaper_fmu.tune.wish import Move, Wish
 
 SECTIONS = [
