@@ -127,22 +127,23 @@ class ShapedRuns:
             )
 
     def refine(self, found: Measured) -> float:
-        """Halve the step until the shares at the nominal point stay; by how much the last halving has changed them.
+        """Halve the step until the shares at the nominal point stay, twice; by how much halving the step has changed them.
 
         Where shorter steps are no better, since solvers of FMUs err with each, the step that has changed least is taken.
         """
-        best, best_step, rises = math.inf, self.step, 0
-        for _ in range(_MOST_HALVINGS):
+        changes: list[tuple[float, float]] = []  # by halving to a step [s]
+        rises, limit = 0, STAYS * self._tolerance
+        while len(changes) < _MOST_HALVINGS and rises < _MOST_RISES:
             self.step *= 0.5
             coarse, found = found, self.measured({})
             change = max(abs(a - b) for a, b in zip(coarse.shares, found.shares, strict=True))
-            rises = 0 if change < best else rises + 1
-            if change < best:
-                best, best_step = change, self.step
-            if best <= STAYS * self._tolerance or rises == _MOST_RISES:
-                break
-        self.step = best_step
-        return best
+            rises = rises + 1 if changes and change >= changes[-1][0] else 0
+            changes.append((change, self.step))
+            if len(changes) > 1 and max(changes[-2:])[0] <= limit:
+                self.step = changes[-2][1]
+                return changes[-2][0]
+        least, self.step = min(changes)
+        return least
 
     def _residuals(self, case: str, values: Mapping[str, float], window: float) -> list[float]:
         """Half the peak-to-peak value of each output over a window [s] from the last change of the command on.
