@@ -13,7 +13,7 @@ from faulty_fmus import library
 
 _NAMES = """
     none directional_fails directional_nan derivatives_fail derivatives_nan endless terminates states_refused other_output other_count
-    huge_state forgetful save_fails
+    huge_state forgetful save_fails euler own_steps tolerant counting
 """
 FAULTS = {name: number for number, name in enumerate(_NAMES.split())}  # as in linear.h
 PARAMETERS: dict[str, float] = {
@@ -44,7 +44,11 @@ def _interfaces(version: int, directional: str, exchange: bool, states: bool) ->
     )
 
 
-def _description2(interfaces: str, rates: bool, input_: str) -> str:
+def _follows(input_: bool) -> str:
+    return "" if input_ else ' dependencies=""'
+
+
+def _description2(interfaces: str, rates: bool, input_: str, follows: bool) -> str:
     def scalar(reference: int, name: str, causality: str, variability: str, rest: str) -> str:
         return (
             f'<ScalarVariable name="{name}" valueReference="{reference}" causality="{causality}" variability="{variability}">'
@@ -65,12 +69,12 @@ def _description2(interfaces: str, rates: bool, input_: str) -> str:
     return (
         '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="2.0" modelName="linear" guid="linear">'
         f"{interfaces}<ModelVariables>{variables}</ModelVariables><ModelStructure><Outputs>"
-        f'<Unknown index="2"/></Outputs><Derivatives>{unknowns}</Derivatives><InitialUnknowns><Unknown index="2"/>{unknowns}'
+        f'<Unknown index="2"{_follows(follows)}/></Outputs><Derivatives>{unknowns}</Derivatives><InitialUnknowns><Unknown index="2"/>{unknowns}'
         "</InitialUnknowns></ModelStructure></fmiModelDescription>"
     )
 
 
-def _description3(interfaces: str, rates: bool, input_: str) -> str:
+def _description3(interfaces: str, rates: bool, input_: str, follows: bool) -> str:
     def real(reference: int, name: str, causality: str, variability: str, rest: str = "", inside: str = "") -> str:
         return (
             f'<Float64 name="{name}" valueReference="{reference}" causality="{causality}" variability="{variability}" {rest}>'
@@ -88,7 +92,7 @@ def _description3(interfaces: str, rates: bool, input_: str) -> str:
     )
     return (
         '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="3.0" modelName="linear" instantiationToken="linear">'
-        f'{interfaces}<ModelVariables>{variables}</ModelVariables><ModelStructure><Output valueReference="1"/>'
+        f'{interfaces}<ModelVariables>{variables}</ModelVariables><ModelStructure><Output valueReference="1"{_follows(follows)}/>'
         '<ContinuousStateDerivative valueReference="6"/><InitialUnknown valueReference="1"/><InitialUnknown valueReference="6"/>'
         "</ModelStructure></fmiModelDescription>"
     )
@@ -103,15 +107,20 @@ def linear_fmu(
     states: bool = True,
     rates: bool = True,
     input_: str = "continuous",
+    follows: bool = True,
+    own_step: float = 0.0,
 ) -> Path:
     """The FMU for a version of FMI, with directional derivatives in the interfaces named ("CoSimulation", "ModelExchange").
 
-    Without Model Exchange, state, names of what the derivatives belong to, or with another variability of the input, if so told.
+    Without Model Exchange, state, names of what the derivatives belong to, or with another variability of the input, an output that
+    does not follow the input at once, or a step of its own [s], if so told.
     """
     made = library(f"linear{version}")
-    told = (version, directional, exchange, states, rates, input_)
+    told = (version, directional, exchange, states, rates, input_, follows, own_step)
     path = made.with_name("_".join(map(str, ("linear", *told))).replace(" ", "") + ".fmu")
-    text = (_description3 if version == 3 else _description2)(_interfaces(version, directional, exchange, states), rates, input_)
+    interfaces = _interfaces(version, directional, exchange, states)
+    interfaces += f'<DefaultExperiment stepSize="{own_step}"/>' if own_step else ""
+    text = (_description3 if version == 3 else _description2)(interfaces, rates, input_, follows)
     folder = fmpy.platform_tuple if version == 3 else fmpy.platform
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("modelDescription.xml", text)

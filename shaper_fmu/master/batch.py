@@ -104,7 +104,7 @@ class Batch:
         control.stop, control.step = plan.stop_time, plan.step
         control.steps = number_of_steps(self.system, plan.start_time, plan.stop_time, plan.step)
         control.exact, control.exchange = exact, plan.algorithm == "jacobi"
-        control.all_open = 1
+        control.all_open, control.rereading = 1, self._program.reads_locals()
         control.cut, control.at_grid, control.unrecorded, control.room = exact, 1, 1, _ENDLESS
         control.stop_place, control.stop_hold, control.true_since = -1, plan.stop_hold, of.NO_EVENT
         if plan.stop_when:

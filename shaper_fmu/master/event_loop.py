@@ -49,7 +49,9 @@ def handle_event(address, control, t, entering):
     control.smooth_from = t
     if entering and not _all_in_mode(system.instances, control, True, t):
         return False
-    asking = 0
+    asking, rereading = 0, control.rereading != 0
+    for i in range(system.instances.size):
+        rereading = rereading or system.instances[i].event_mode != 0
     for _ in range(_MOST_UPDATES):
         if not execute(system, control, system.exchange_program, t, 0.0):
             return False
@@ -61,6 +63,8 @@ def handle_event(address, control, t, entering):
                     return False
                 if answer > 0:
                     again, asking = 1, i
+        if not rereading:  # all that follows the inputs has been read; to read more before the step disturbs some tools' solvers
+            return True
         if not execute(system, control, system.read_program, t, 0.0):
             return False
         if not execute(system, control, system.exchange_program, t, 0.0):

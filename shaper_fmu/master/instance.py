@@ -160,12 +160,14 @@ class Instance:
         except FMICallException as error:
             raise self.failure(error.function, error.status, at) from None
 
-    def enter_initialization(self, start_time: float, stop_time: float | None, values: Mapping[str, Any]) -> None:
-        """Tell the experiment, set start values, and enter initialization."""
+    def enter_initialization(
+        self, start_time: float, stop_time: float | None, values: Mapping[str, Any], tolerance: float | None = None
+    ) -> None:
+        """Tell the experiment, with the `tolerance` of the FMU's own solver if there is one, set start values, and enter it."""
         if self.fmu.version == 2:
-            self.call("setupExperiment", None, start_time, stop_time, at="initialization")
+            self.call("setupExperiment", tolerance, start_time, stop_time, at="initialization")
         self.set_values(values, "initialization")
-        experiment = (None, start_time, stop_time) if self.fmu.version == 3 else ()
+        experiment = (tolerance, start_time, stop_time) if self.fmu.version == 3 else ()
         self.call("enterInitializationMode", *experiment, at="initialization")
 
     def reset(self) -> None:

@@ -153,6 +153,7 @@ CONTROL = np.dtype(
         ("true_since", "f8"),
         ("exchange", "i4"),  # whether values are exchanged after each step (jacobi)
         ("returning", "i4"),  # whether FMUs may be set back to earlier times; they are told
+        ("rereading", "i4"),  # whether all is read again at events, since what follows the inputs is not declared
         ("cut", "i4"),  # whether an early return may end the step for all
         ("jump", "i4"),  # the next one of the tables
         ("rows", "i8"),  # recorded

@@ -94,6 +94,11 @@ class Program:
         """Where the value of an output that is connected, recorded or measured is on the bus."""
         return self._places[port]
 
+    def reads_locals(self) -> bool:
+        """Whether there are variables that are no outputs, of which no FMU declares what they follow."""
+        ports = [key for key in self._places if len(key) == 2]
+        return any(self.instances[name].fmu.variables[variable].causality == "local" for name, variable in ports)
+
     def has_unfed_elements(self) -> bool:
         """Whether elements of arrays are set with others although nothing feeds them: they have to be asked for."""
         return bool(self._unfed)

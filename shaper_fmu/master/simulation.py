@@ -112,6 +112,7 @@ class Simulation:
         everywhere: bool = False,
         interpolation: Interpolation = "hold",
         tolerance: float | None = None,
+        solver_tolerance: float | None = None,
         progress: Progress | None = None,
     ) -> Results:
         """Run from start_time to stop_time with communication steps of `step` [s]; the last one may be shorter.
@@ -120,9 +121,10 @@ class Simulation:
         end at events, too; by default where the system allows it (see `treat_events`). `everywhere`: rows are recorded at
         events, too, on both sides of a jump; else at the communication points alone. `interpolation`: inputs are held over a
         step, or "linear" where an FMU takes their derivatives (see linear_inputs.py). `tolerance`: the steps are divided so that
-        coupling errs by less than this, relative to 1 + |value|, in each (see step_control.py). Raises SimulationError with the
-        instance's name, the time and its last messages when a call fails, and what was recorded until then as its
-        `results`, and ModelError for wrong names. After an error the simulation can be run again, unless it was fatal.
+        coupling errs by less than this, relative to 1 + |value|, in each (see step_control.py). `solver_tolerance`: of solvers
+        in the FMUs, where they take one. Raises SimulationError with the instance's name, the time and its last messages when a
+        call fails, and what was recorded until then as its `results`, and ModelError for wrong names. After an error the
+        simulation can be run again, unless it was fatal.
         """
         if algorithm not in ALGORITHMS:
             raise ModelError([f"there is no algorithm {algorithm!r}.{nearest(algorithm, ALGORITHMS)}"])
@@ -137,12 +139,12 @@ class Simulation:
         program = self._program(algorithm, treatment, interpolation == "linear")
         control = np.zeros(1, of.CONTROL).view(np.recarray)[0]
         control.start = control.t = control.smooth_from = start_time
-        control.stop_place, control.all_open = -1, 1
+        control.stop_place, control.all_open, control.rereading = -1, 1, program.reads_locals()
         control.stop, control.step, control.steps = stop_time, step, steps
         control.exact = treatment.exact
         control.everywhere, control.exchange = everywhere, algorithm == "jacobi"
         control.cut = treatment.exact and not program.signals  # Python's functions are asked before a step, for its end
-        self._initialize(program, control, start_values or {})
+        self._initialize(program, control, start_values or {}, solver_tolerance)
         controller = self._controller(program, control, tolerance) if tolerance is not None else None
         told = (_told(program.linear_inputs),) if interpolation == "linear" else ()
         notes = (*treatment.notes, *loop_notes(program.loops), *told)
@@ -219,7 +221,7 @@ class Simulation:
     def _fault(self, program: Program, control: Any, at: str | None = None) -> SimulationError:
         return fault_error(program, self.instances, control, at)
 
-    def _initialize(self, program: Program, control: Any, start_values: Mapping[str, Any]) -> None:
+    def _initialize(self, program: Program, control: Any, start_values: Mapping[str, Any], solver_tolerance: float | None) -> None:
         extra: dict[str, dict[str, Any]] = {name: {} for name in self.instances}
         for name, value in start_values.items():
             self.system.check_settable(name)
@@ -227,7 +229,7 @@ class Simulation:
             extra[instance].update(self.system.fmus[instance].start_values({variable: value}))
         for name, instance in self.instances.items():
             values = {**self.system.start_values[name], **extra[name]}
-            instance.enter_initialization(float(control.start), float(control.stop), values)
+            instance.enter_initialization(float(control.start), float(control.stop), values, solver_tolerance)
         program.reset()
         t = float(control.start)
         self._feel(program, t)

@@ -13,6 +13,7 @@ from shaper_fmu.tune.experiment_response import Experiment, Response
 
 SAMPLES = 8192
 _PULSE = 4
+_FEWEST = 256
 _SMALLEST = 1e-3
 _FACTOR = 6.0
 _ROUNDS = 8
@@ -45,9 +46,10 @@ def look(experiment: Experiment, kind: ExcitationKind, amplitude: float, duratio
     low, high = 0.0, math.inf  # durations known to be too short, too long
     first = duration
     for _ in range(_ROUNDS):
-        step = duration / SAMPLES
+        step = experiment.on_grid(duration / SAMPLES)
+        samples = SAMPLES if step == duration / SAMPLES else max(_FEWEST, round(duration / step))
         width = _PULSE * step if kind != "chirp" else 0.25 * duration
-        response = experiment.respond(experiment.excitation(kind, amplitude, width, step), step, SAMPLES)
+        response = experiment.respond(experiment.excitation(kind, amplitude, width, step), step, samples)
         too_long = _grows(response.values) or _stride(response) == 0 or _is_over(response.values)
         found = None if too_long else _identified(experiment, response)
         if found is not None:
@@ -68,8 +70,9 @@ def look(experiment: Experiment, kind: ExcitationKind, amplitude: float, duratio
             f"down to {high:.2g} s" if low == 0.0 else f"up to {low:.2g} s" if high == math.inf else f"{low:.2g} s to {high:.2g} s"
         )
         raise IdentificationError(
-            f"no time scale was found at which the response tells of vibration (looked at: {first:.3g} s, and {beside}); give as "
-            "`duration` how long a few periods of the slowest mode take"
+            f"no time scale was found at which the response tells of vibration (looked at: {first:.3g} s, and {beside}): the "
+            "outputs may follow the input at once, only integrate it, or stick. If they do vibrate, give as `duration` how long a "
+            "few periods of the slowest mode take"
         )
     return best
 
@@ -141,9 +144,10 @@ def _identified(experiment: Experiment, response: Response) -> Identification | 
 
 def _aliased(experiment: Experiment, response: Response, found: Identification) -> bool:
     """Whether the poles do not explain the response at other sample times."""
-    excitation, step = response.excitation, _ALIAS_STEP * float(response.time[1])
-    again = experiment.excitation(excitation.kind, excitation.amplitude, excitation.width * _ALIAS_STEP, step)
-    values = experiment.difference(again, step, SAMPLES)
+    excitation, known = response.excitation, float(response.time[1])
+    step = experiment.on_grid(_ALIAS_STEP * known)
+    again = experiment.excitation(excitation.kind, excitation.amplitude, excitation.width * step / known, step)
+    values = experiment.difference(again, step, len(response.time))
     return unexplained(free_response(values, step, experiment.plant.outputs, response.error), found) > _UNEXPLAINED
 
 

@@ -17,6 +17,8 @@ from shaper_fmu.master.system import System
 ALONE = "plant"
 """Name of the instance of an FMU that is given alone."""
 _DEFAULT_DURATION = 10.0
+SOLVER_TOLERANCE = 1e-9
+"""Asked of FMUs with solvers of their own: the default of many, 1e-4, is a noise in which modes cannot be told."""
 
 
 class Plant:
@@ -101,6 +103,17 @@ class Plant:
         given = {**self._system.start_values[instance], **fmu.start_values(self._own(instance, point))}
         return {name: value for name, value in given.items() if f"{instance}.{name}" != self.input}
 
+    @property
+    def own_steps(self) -> list[float]:
+        """Steps that its FMUs name as their own [s]: of the default experiment, or fixed internal ones."""
+        told = [_number(getattr(fmu.co_simulation, "fixedInternalStepSize", None)) for fmu in self._system.fmus.values()]
+        told += [
+            _number(fmu.description.defaultExperiment.stepSize)
+            for fmu in self._system.fmus.values()
+            if fmu.description.defaultExperiment is not None
+        ]
+        return sorted({step for step in told if step is not None and step > 0.0})
+
     def rest_value(self, point: Mapping[str, Any]) -> float:
         """The input's value at an operating point: what it is given there, else its start value, else 0."""
         instance, variable = self._system.split(self.input)
@@ -150,7 +163,7 @@ class Plant:
         if unknown:
             raise ModelError([f"{name!r}: there is no such instance.{nearest(name, known)}" for name in unknown])
         return simulation.run(
-            stop_time, step, start_values=given,
+            stop_time, step, start_values=given, solver_tolerance=SOLVER_TOLERANCE,
             algorithm="gauss_seidel" if self.coupled else "jacobi", interpolation="linear" if self.coupled else "hold",
         )  # fmt: skip
 

@@ -28,6 +28,12 @@ _MOST_DOUBLINGS = 7
 _AT_REST = 1e-3
 _COUPLING = 1e-5
 _MOST_SUBSTEPS = 256
+_MOST_RISES = 2
+"""Halvings that may make it worse: solvers of FMUs err with each step, so that shorter ones need not be better."""
+_OWN_STEPS = 6
+_DIVIDED = 8
+_JUST_BEFORE = 1.0 - 1e-7
+"""Communication points come just before the FMU's own, so that rounding does not decide whether it takes a step."""
 _WORTH = 0.1
 """Share of a run's steps in which the plant settles, from which on states are saved."""
 
@@ -64,6 +70,7 @@ class Experiment:
     point: Mapping[str, Any]
     settle_time: float = 0.0
     restored: bool = True
+    grid: float = 0.0
     settling: Settling = field(default_factory=Settling)
     _rests: dict[tuple[float, ...], np.ndarray] = field(default_factory=dict)
 
@@ -75,6 +82,19 @@ class Experiment:
     def rest(self) -> float:
         """The input's value at rest."""
         return self.plant.rest_value(self.point)
+
+    def find_grid(self, amplitude: float) -> None:
+        """Find out whether an FMU moves on in steps of its own alone, and at which distance [s]: see `on_grid`."""
+        for own in self.plant.own_steps:
+            step = np.array([[0.0, self.rest + _HALF * amplitude]])
+            values = self.plant.run(step, _OWN_STEPS * own, own / _DIVIDED, self.point)[1]
+            moved = np.count_nonzero(np.any(np.diff(values, axis=0) != 0.0, axis=1))
+            if 0 < moved <= _OWN_STEPS + 1:
+                self.grid = max(self.grid, own * _JUST_BEFORE)
+
+    def on_grid(self, step: float) -> float:
+        """The next multiple of the distance at which an FMU moves on; the step itself if there is none [s]."""
+        return max(1, math.ceil(step / self.grid - 1e-9)) * self.grid if self.grid else step
 
     def settle(self, look: float) -> str | None:
         """Find how long it takes until the outputs rest over `look` [s]; a sentence if they do not."""
@@ -96,7 +116,7 @@ class Experiment:
     def _motion(self, settled: float, look: float) -> np.ndarray:
         """Peak-to-peak values over `look` after `settled` [s] and over all, and the magnitude, without excitation; shape (m, 3)."""
         rest = np.array([[0.0, self.rest]])
-        step = look / _LOOKED
+        step = self.on_grid(look / _LOOKED)
         values = self.plant.run(rest, settled + look, step, self.point)[1]
         size = np.maximum(np.abs(values).max(axis=0), 1e-300)
         late = np.ptp(values[round(settled / step) :], axis=0)
@@ -187,22 +207,35 @@ class Experiment:
 
     def converged(self, found: Response, step: float) -> Response:
         """The response with communication steps so short that they do not matter, by halving and Richardson's extrapolation."""
-        samples, substeps, order = len(found.values), 1, 0
-        coarse, previous = found.values, 0.0
-        while True:
+        samples, substeps, order, rises = len(found.values), 1, 0, 0
+        coarse, previous = found.values, math.inf
+        best, least, share = found.values, math.inf, 1.0
+        while not self.grid and substeps < _MOST_SUBSTEPS and rises < _MOST_RISES:
             substeps *= 2
             fine = self.difference(found.excitation, step, samples, substeps)
+            if max(np.abs(fine).max(), np.abs(coarse).max()) >= _HUGE:  # so coarse a step makes it diverge
+                coarse = fine
+                continue
             change = float(np.max(_rms(fine - coarse) / np.maximum(_rms(fine), 1e-300)))
-            if 0.0 < change < previous:
-                order = round(math.log2(previous / change))
-            if change < _COUPLING or substeps >= _MOST_SUBSTEPS:
+            order = round(math.log2(previous / change)) if 0.0 < change < previous < math.inf else 0
+            gain = 1.0 / (2.0**order - 1.0) if order in (1, 2) else 0.0
+            if substeps == 2 and change < _COUPLING and not self.plant.coupled:
+                return found  # an FMU alone, as most are: its own steps do not matter
+            rises = rises + 1 if least <= change < 1.0 else 0
+            if change < least:
+                best, least, share = fine + gain * (fine - coarse), change, 0.1 if gain else 1.0
+            if least < _COUPLING:
                 break
             coarse, previous = fine, change
-        if order in (1, 2):
-            gain = 1.0 / (2.0**order - 1.0)
-            fine, change = fine + gain * (fine - coarse), gain * change
-        error = np.hypot(found.error, 0.1 * change * _rms(fine))
-        return replace(found, values=fine, error=error, coupling=change)
+        if np.abs(best).max() >= _HUGE:
+            raise SimulationError(
+                f"the response grows beyond {_HUGE:g} with communication steps of {step / substeps:.3g} s, too: the plant, or the "
+                "coupling of its FMUs, is unstable"
+            )
+        change = 0.0 if math.isinf(least) else least
+        known = found.error * _rms(best) / np.maximum(_rms(found.values), 1e-300)  # too coarse a response may be far too large
+        error = np.hypot(known, share * change * _rms(best))
+        return replace(found, values=best, error=error, coupling=share * change)
 
 
 def _rms(values: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 from shaper_fmu.archives import write_file
-from shaper_fmu.errors import ShaperFmuError
+from shaper_fmu.errors import ModelError, ShaperFmuError
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.export.native.toolchain import has_toolchain
 from shaper_fmu.export.start_values import with_start_values
@@ -33,14 +33,15 @@ def write_tuning(tuning: Tuning, folder: Path | str, *, report: bool = True, say
     """Write all that follows from a tuning into a folder; returns the paths.
 
     tuning.json and, with `report`, report.html and its pictures are always written; the shaper's FMU and shaper.ssv where
-    there is a recommendation, shaped_plant.ssp where there is a plant, too. Raises ShaperFmuError if something cannot be written.
+    there is a recommendation, shaped_plant.ssp where there is a plant, too, and an archive can hold it (else `say` tells why).
+    Raises ShaperFmuError if something cannot be written.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     if tuning.choice is not None and tuning.choice.recommended is not None:
         say("writing the shaper and the system")
-        written += _write_shaper(tuning, folder)
+        written += _write_shaper(tuning, folder, say)
     written.append(write_json(folder / NUMBERS, tuning))
     if report:
         say("writing the report")
@@ -70,7 +71,7 @@ def shaped_system(tuning: Tuning) -> System:
     return system
 
 
-def _write_shaper(tuning: Tuning, folder: Path) -> list[Path]:
+def _write_shaper(tuning: Tuning, folder: Path, say: Say) -> list[Path]:
     candidate, source = tuning.candidate, _shaper(tuning)
     assert candidate is not None
     alone = System()
@@ -83,7 +84,12 @@ def _write_shaper(tuning: Tuning, folder: Path) -> list[Path]:
         write_file(folder / source.name, source.read_bytes()),
         write_file(folder / PARAMETERS, write_parameter_set(numbers)),
     ]
-    return [*written, _write_system(tuning, folder)] if tuning.system is not None else written
+    if tuning.system is not None:
+        try:
+            written.append(_write_system(tuning, folder))
+        except ModelError as error:  # what was found is not lost for what an archive cannot hold
+            say(f"the shaped plant cannot be an archive: {error}")
+    return written
 
 
 def _write_system(tuning: Tuning, folder: Path) -> Path:

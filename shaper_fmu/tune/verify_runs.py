@@ -14,6 +14,7 @@ from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.tune.boxes import ModeBox
 from shaper_fmu.tune.choice import Candidate
+from shaper_fmu.tune.experiment_plant import SOLVER_TOLERANCE
 from shaper_fmu.tune.shaped_plant import ShapedPlant
 from shaper_fmu.tune.verify_command import Command
 
@@ -156,7 +157,7 @@ class ShapedRuns:
         exact = treat_events(system, None).exact
         with Simulation(system, record=self.outputs) as simulation:  # a new one: not every FMU is like new after its reset
             found = simulation.run(
-                last + window, self.step, start_values=given, everywhere=exact,
+                last + window, self.step, start_values=given, everywhere=exact, solver_tolerance=SOLVER_TOLERANCE,
                 algorithm="gauss_seidel" if self._coupled else "jacobi", interpolation="linear" if self._coupled else "hold",
             )  # fmt: skip
         begin = last if exact else last + self.step  # without events the change comes a step later

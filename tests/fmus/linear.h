@@ -8,13 +8,15 @@
 
 #define EXPORT __attribute__((visibility("default")))
 #define LONGEST 5e-4
+#define OWN_STEP 0.01
 
 /* Value references; of each of the four states and derivatives one in FMI 2.0, of both arrays the first in FMI 3.0. */
 enum { U, Y, X, DX = X + 4, W1 = DX + 4, Z1, W2, Z2, B1, B2, C1, C2, D, CUBIC, FAULT, REALS };
 
 enum fault {
     NONE, DIRECTIONAL_FAILS, DIRECTIONAL_NAN, DERIVATIVES_FAIL, DERIVATIVES_NAN, ENDLESS, TERMINATES, STATES_REFUSED, OTHER_OUTPUT,
-    OTHER_COUNT, HUGE_STATE, FORGETFUL, SAVE_FAILS
+    OTHER_COUNT, HUGE_STATE, FORGETFUL, SAVE_FAILS,
+    EULER, OWN_STEPS, TOLERANT, COUNTING /* habits of other tools, see test_tune_foreign.py */
 };
 
 static const double STARTS[REALS] = {
@@ -23,7 +25,7 @@ static const double STARTS[REALS] = {
 typedef struct {
     double r[REALS];
     double hidden; /* follows q1; part of the output only where the instance is forgetful */
-    double time;
+    double time, own_time;
     int exchange;
 } State;
 
@@ -32,6 +34,8 @@ typedef struct {
     const void *callbacks;
     void *environment, *logger;
     char name[64];
+    double tolerance; /* of its solver, which it was told */
+    double reads;
     double not_before; /* it was told that no state of an earlier time will be set */
 } Linear;
 
@@ -50,6 +54,10 @@ static void evaluate(Linear *self) {
     r[Y] = r[C1] * r[X] + r[C2] * r[X + 2] + r[D] * r[U];
     if (is(self, FORGETFUL))
         r[Y] += self->now.hidden;
+    if (is(self, TOLERANT))
+        r[Y] = self->tolerance;
+    if (is(self, COUNTING))
+        r[Y] = ++self->reads;
     if (is(self, OTHER_OUTPUT) && self->now.exchange)
         r[Y] += 0.5;
     if (is(self, DERIVATIVES_NAN) && self->now.exchange)
@@ -103,7 +111,7 @@ static Linear *make(const char *name, int exchange) {
 }
 
 static void start(Linear *self) {
-    self->now.hidden = self->now.time = self->not_before = 0.0;
+    self->now.hidden = self->now.time = self->now.own_time = self->reads = self->not_before = 0.0;
     memcpy(self->now.r, STARTS, sizeof STARTS);
 }
 
@@ -116,7 +124,18 @@ static void *saved(const Linear *self) {
 static void step(Linear *self, double t, double h, int no_going_back) {
     if (no_going_back)
         self->not_before = t;
-    advance(self, h);
+    if (is(self, EULER)) { /* the communication step is the solver's */
+        double x[4];
+        memcpy(x, self->now.r + X, sizeof x);
+        derive(self->now.r, x, self->now.r + DX);
+        for (int i = 0; i < 4; i++)
+            self->now.r[X + i] = x[i] + h * self->now.r[DX + i];
+    } else if (is(self, OWN_STEPS)) { /* whole steps of its own, until the end is reached or passed */
+        for (; self->now.own_time < t + h; self->now.own_time += OWN_STEP)
+            advance(self, OWN_STEP);
+        self->now.time = t + h;
+    } else
+        advance(self, h);
 }
 
 /* 0 for a state of a time to which nobody was to go back. */

@@ -22,6 +22,7 @@ EXPORT void fmi2FreeInstance(fmi2Component c) { free(c); }
 
 EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start_time,
                                       fmi2Boolean stop_defined, fmi2Real stop_time) {
+    ((Linear *)c)->tolerance = tolerance_defined ? tolerance : 0.0;
     return fmi2OK;
 }
 

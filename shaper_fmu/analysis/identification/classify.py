@@ -18,6 +18,8 @@ FEWEST_SAMPLES_PER_PERIOD = 4.0
 _HARMONIC_SHARE = 0.1
 _SURE = 4.0
 """Standard deviations by which a pole must lie beyond the imaginary axis to be called unstable."""
+_GROWN = 5e-3
+"""Growth over the whole record up to which a pair counts as undamped: solvers of others grow as much by their errors."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,7 @@ def _kind(one: Mode, modes: list[Mode], data: Data, smallest_share: float) -> Ki
         return "minor"
     if one.pole.imag * data.step > 2.0 * math.pi / FEWEST_SAMPLES_PER_PERIOD:
         return "too_fast"
-    if one.pole.real * data.duration > max(1e-6, _SURE * one.damping_ratio_std * one.natural_frequency * data.duration):
+    if one.pole.real * data.duration > max(_GROWN, _SURE * one.damping_ratio_std * one.natural_frequency * data.duration):
         return "unstable"
     if one.damping_ratio >= SHAPEABLE:
         return "overdamped"
