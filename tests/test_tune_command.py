@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from test_tune_experiment import pid_loop, swinging, three_mass_loop
-from three_mass_loop import closed_loop
+from three_mass_loop import closed_loop, response
 
-from shaper_fmu import System, tune_plant, wish_for
+from shaper_fmu import ImpulseSequence, System, tune_plant, verify, wish_for
 from shaper_fmu.cli import main
 from shaper_fmu.ssp.archive import load_ssp
 from shaper_fmu.ssp.check import check_ssp
@@ -180,6 +180,34 @@ def test_a_rigid_body_is_excited_so_that_it_comes_to_rest(fmus, output, drifts):
     assert found.verdict == "tuned", found.words
     assert found.verification is not None
     assert found.verification.worst.share <= 0.05
+
+
+def test_what_is_told_of_a_shaper_that_does_not_hold_is_of_that_one(fmus, monkeypatch):
+    """Without a further attempt the first choice, for what was asked, remains, and what was measured is of it."""
+    monkeypatch.setattr("shaper_fmu.tune.tuning_plant._MORE_ATTEMPTS", 0)
+    wish = wish_for({"mass[3]": 0.1})
+    found = tune_plant(fmus / "ThreeMassChain.fmu", "force", ["velocity[3]"], wish=wish, spread={"mass[3]": 0.1})
+    assert found.verdict == "not_held"
+    assert found.choice is not None
+    assert found.verification is not None
+    assert found.choice.wish == wish
+    assert found.verification.worst.share > 0.05
+    again = verify(
+        fmus / "ThreeMassChain.fmu", "force", ["velocity[3]"], found.choice.nearest, found.choice.boxes, found.spread,
+        command=found.command,
+    )  # fmt: skip
+    assert again.worst == found.verification.worst
+
+
+def test_the_responses_shown_are_those_of_the_loop(fmus):
+    """The step response of the loop's matrices (Jung 2011), unshaped and behind the impulses; in steps as fine as the verification's."""
+    found = tune_plant(three_mass_loop(fmus), "controller.reference", ["chain.position[3]"], wish=wish_for({}, kinds=("zvd",)))
+    known, shown = response(), found.responses[0]
+    assert found.candidate is not None
+    size, late = found.command.amplitude, shown.time > 0.0
+    shapers = ImpulseSequence((1.0,), (0.0,)), found.candidate.sequence
+    for shaper, values in zip(shapers, shown.outputs["chain.position[3]"], strict=True):
+        assert values[late] == pytest.approx(size * known.values(shaper, shown.time[late])[2], abs=1e-3 * size)
 
 
 def test_a_measured_response(tmp_path):

@@ -15,7 +15,7 @@ from shaper_fmu.tune.verify_command import Command
 
 _PERIODS = 5.0
 _STEPS_PER_PERIOD = 40
-_MOST_STEPS = 20_000
+_MOST_POINTS = 20_000
 _BEFORE = 0.02
 """Of the time shown: what is shown before the step."""
 
@@ -47,24 +47,25 @@ def simulated_responses(
     command: Command,
     case: str,
     values: Mapping[str, float],
+    step: float,
 ) -> Responses:
     """Simulate a command with and without the candidate's shaper; its beginning is time 0 of the result.
 
-    Points are a 40th of the fastest period apart, or further where
-    that were too many. Raises SimulationError if the plant cannot be run.
+    `step` is the communication step [s], that of the verification. The points kept are a 40th of the fastest period apart at most
+    where that are not too many. Raises SimulationError if the plant cannot be run.
     """
     slowest = 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
     fastest = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes)
     end = command.end - command.start + candidate.delay + _PERIODS * slowest
-    step = max(fastest / _STEPS_PER_PERIOD, end / _MOST_STEPS)
+    kept = max(1, math.floor(max(fastest / _STEPS_PER_PERIOD, end / _MOST_POINTS) / step))
     names = {name: plant.full(name) for name in outputs}
     runs = []
     for shaper in ({"shaper": "none"}, candidate.start_values()):
         system = plant.commanded(shaper, command)
         for name, value in values.items():
             system.set(plant.full(name), value)
-        runs.append(system.simulate(command.start + end, step, record=list(names.values())))
+        runs.append(system.simulate(command.start + end, step, record=list(names.values()), **plant.stepping))
     before, after = runs
-    shown = before.time >= command.start - _BEFORE * end
+    shown = np.flatnonzero(before.time >= command.start - _BEFORE * end)[::kept]
     found = {name: (before[full][shown], after[full][shown]) for name, full in names.items()}
     return Responses(case, values, before.time[shown] - command.start, found, {name: plant.unit(name) for name in names})

@@ -22,7 +22,7 @@ from shaper_fmu.tune.verify_command import Command
 from shaper_fmu.tune.wish import Wish
 
 _UNSTABLE = ("unstable", "growth")
-_ATTEMPTS = 3
+_MORE_ATTEMPTS = 2
 
 
 def tune_plant(
@@ -74,10 +74,9 @@ def tune_plant(
     choice = choose(boxes, wish)
     if choice.recommended is None:
         return replace(found, verdict="nothing_fits", words=choice.reason, choice=choice)
-    found = replace(found, choice=choice)
-    for _ in range(_ATTEMPTS):
-        say("verifying it on the plant")
-        found = tried(found, wish, source, shaped, start_values)
+    say("verifying it on the plant")
+    found = tried(replace(found, choice=choice), wish, source, shaped, start_values)
+    for _ in range(_MORE_ATTEMPTS):
         tighter = tightened(found, wish) if found.verdict == "not_held" else None
         if tighter is None:
             break
@@ -85,7 +84,9 @@ def tune_plant(
         choice = choose(boxes, tighter)
         if choice.recommended is None:
             break
-        found = replace(found, choice=choice)
+        say("verifying it on the plant")
+        again = replace(found, choice=choice, verification=None, responses=())
+        found = tried(again, wish, source, shaped, start_values)
     return found
 
 

@@ -60,7 +60,7 @@ def tried(found: Tuning, asked: Wish, source: Any, shaped: ShapedPlant, start_va
     holds = seen.holds and seen.nominal.share <= asked.nominal_tolerance
     cases = {"nominal": seen.nominal} | ({"worst": seen.worst} if seen.worst is not seen.nominal else {})
     responses = tuple(
-        simulated_responses(shaped, settling, choice.nearest, choice.boxes, command, case, one.values)
+        simulated_responses(shaped, settling, choice.nearest, choice.boxes, command, case, one.values, seen.step)
         for case, one in cases.items()
     )
     designed = f"{percent(choice.wish.tolerance)} and nominally {percent(choice.wish.nominal_tolerance)}"

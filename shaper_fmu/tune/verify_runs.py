@@ -14,7 +14,6 @@ from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.tune.boxes import ModeBox
 from shaper_fmu.tune.choice import Candidate
-from shaper_fmu.tune.experiment_plant import SOLVER_TOLERANCE
 from shaper_fmu.tune.shaped_plant import ShapedPlant
 from shaper_fmu.tune.verify_command import Command
 
@@ -81,7 +80,6 @@ class ShapedRuns:
         self.outputs = [self.plant.full(name) for name in outputs]
         self.step = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes) / _STEPS_PER_PERIOD
         self._window = _PERIODS * 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
-        self._coupled = bool(self.plant.plant.connections)
         self._tolerance = tolerance
         self._command = command
         self._delays = {"rest": 0.0, "before": 0.0, "after": candidate.delay}
@@ -157,8 +155,7 @@ class ShapedRuns:
         exact = treat_events(system, None).exact
         with Simulation(system, record=self.outputs) as simulation:  # a new one: not every FMU is like new after its reset
             found = simulation.run(
-                last + window, self.step, start_values=given, everywhere=exact, solver_tolerance=SOLVER_TOLERANCE,
-                algorithm="gauss_seidel" if self._coupled else "jacobi", interpolation="linear" if self._coupled else "hold",
+                last + window, self.step, start_values=given, everywhere=exact, **self.plant.stepping
             )  # fmt: skip
         begin = last if exact else last + self.step  # without events the change comes a step later
         after = int(np.searchsorted(found.time, begin + _SAME_TIME * self.step, "right"))
