@@ -163,9 +163,18 @@ class Plant:
         if unknown:
             raise ModelError([f"{name!r}: there is no such instance.{nearest(name, known)}" for name in unknown])
         return simulation.run(
-            stop_time, step, start_values=given, solver_tolerance=SOLVER_TOLERANCE,
-            algorithm="gauss_seidel" if self.coupled else "jacobi", interpolation="linear" if self.coupled else "hold",
+            stop_time, step, start_values=given, **stepping(self._system)
         )  # fmt: skip
+
+
+def stepping(system: System) -> dict[str, Any]:
+    """Options of `Simulation.run` for experiments: coupled FMUs in the order of feedthrough, with linear inputs; exact solvers."""
+    coupled = bool(system.connections)
+    return {
+        "solver_tolerance": SOLVER_TOLERANCE,
+        "algorithm": "gauss_seidel" if coupled else "jacobi",
+        "interpolation": "linear" if coupled else "hold",
+    }
 
 
 def alone_system(source: Fmu | Path | str, start_values: Mapping[str, Any]) -> System:

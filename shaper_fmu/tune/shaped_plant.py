@@ -11,7 +11,7 @@ from shaper_fmu.errors import ModelError
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
-from shaper_fmu.tune.experiment_plant import ALONE, SOLVER_TOLERANCE, alone_system, copied
+from shaper_fmu.tune.experiment_plant import ALONE, alone_system, copied, stepping
 from shaper_fmu.tune.verify_command import Command
 
 SHAPER = "input_shaper"
@@ -80,13 +80,8 @@ class ShapedPlant:
 
     @property
     def stepping(self) -> dict[str, Any]:
-        """Options of `Simulation.run` with which it is stepped, as in the experiments."""
-        coupled = bool(self.plant.connections)
-        return {
-            "solver_tolerance": SOLVER_TOLERANCE,
-            "algorithm": "gauss_seidel" if coupled else "jacobi",
-            "interpolation": "linear" if coupled else "hold",
-        }
+        """Options of `Simulation.run`, those of experiments on the plant alone."""
+        return stepping(self.plant)
 
     def commanded(self, shaper: Mapping[str, Any], command: Command) -> System:
         """The same with a command."""
