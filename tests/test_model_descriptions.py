@@ -281,3 +281,16 @@ def test_a_declaration_that_does_not_fit_is_refused(component, words, version):
     make = fmi2_native_description if version == "2" else fmi3_native_description
     with pytest.raises(BuildError, match=words):
         make(component(), TOKEN, "the test")
+
+
+@every_component
+def test_what_may_be_read_before_a_step_is_said_in_both_versions_and_by_both_backends(name):
+    """The annotation that docs/components.md documents, for any master to read."""
+    said = etree.tostring(etree.fromstring('<DirectFeedthrough outputsBetweenSetAndStep="true"/>'))
+    python = fmi2_model_description(ALL[name], TOKEN, "the test", {})
+    for xml, path in (
+        (description_of(name, "2"), "VendorAnnotations/Tool[@name='io.shaper-fmu']/*"),
+        (python, "VendorAnnotations/Tool[@name='io.shaper-fmu']/*"),
+        (description_of(name, "3"), "Annotations/Annotation[@type='io.shaper-fmu']/*"),
+    ):
+        assert [etree.tostring(found).strip() for found in etree.fromstring(xml).findall(path)] == [said]

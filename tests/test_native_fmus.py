@@ -114,6 +114,34 @@ def test_reset_equals_a_fresh_instance(name, fmi):
     driver.close()
 
 
+@every_component
+@both_versions
+def test_outputs_read_between_set_and_step_follow_the_inputs_and_change_nothing(name, fmi):
+    """What the annotation promises: read there, outputs are those of a step of length zero, and later ones are not touched."""
+    reader, other = (Driver(native_fmu(name, fmi)).initialize(PARAMETERS[name]) for _ in range(2))
+    plain = components()[name]()
+    for variable, value in PARAMETERS[name].items():
+        plain.set(variable, value)
+    plain.initialize()
+    outputs = [v for v in plain.variables.values() if v.causality == "output"]
+    for i in range(STEPS):
+        inputs = {variable: stimulus(i, place) for place, variable in enumerate(reader.labels("input"))}
+        for variable, value in inputs.items():
+            plain.set(variable, value)
+        plain.do_step(i * STEP, 0.0)
+        reader.set(inputs)
+        other.set(inputs)
+        values = [getattr(plain, v.name) for v in outputs]
+        expected = [float(x) for value in values for x in (value if isinstance(value, list) else [value])]
+        assert reader.elements("output") == pytest.approx(expected, rel=1e-13, abs=1e-14)
+        for driver in (reader, other):
+            driver.step(i * STEP, STEP)
+        assert reader.elements("output") == pytest.approx(other.elements("output"), rel=1e-13, abs=1e-14)
+        plain.do_step(i * STEP, STEP)
+    reader.close()
+    other.close()
+
+
 @both_versions
 def test_builds_are_the_same_to_the_byte_with_all_platforms(fmi, tmp_path, monkeypatch):
     """In another cache: kernels and libraries are compiled anew."""

@@ -85,6 +85,16 @@ def add_default_experiment(root: etree._Element, component: type[Component]) -> 
     })  # fmt: skip
 
 
+ANNOTATION = "io.shaper-fmu"
+"""Name of our annotations in a model description: of the tool in FMI 2.0, of the type in FMI 3.0."""
+
+
+def add_annotation(root: etree._Element, parent: str, element: str, naming: str) -> None:
+    """That outputs may be read between setting inputs and the step; the standards forbid it where nothing is said."""
+    annotation = etree.SubElement(etree.SubElement(root, parent), element, {naming: ANNOTATION})
+    etree.SubElement(annotation, "DirectFeedthrough", outputsBetweenSetAndStep="true")
+
+
 def common_attributes(variable: Variable, name: str, reference: int) -> dict[str, str]:
     """Name, value reference, description, causality, variability and, for all but inputs, `initial`.
 

@@ -55,6 +55,7 @@ def fmi2_model_description(
     _add_types(root, component)
     parts.add_log_categories(root, "fmi2", log_events)
     parts.add_default_experiment(root, component)
+    parts.add_annotation(root, "VendorAnnotations", "Tool", "name")
     positions = _positions(component)
     _add_variables(root, component, positions, {rate.name: state.name for state, rate in states})
     _add_structure(root, component, positions, states)

@@ -43,6 +43,7 @@ def fmi3_native_description(component: type[Component], token: str, generator: s
     references = {v.name: i for i, v in enumerate(structure.visible_variables(component))}
     _add_variables(root, component, references, {rate.name: state.name for state, rate in states})
     _add_structure(root, component, references, states)
+    parts.add_annotation(root, "Annotations", "Annotation", "type")
     return parts.as_bytes(root)
 
 
