@@ -6,6 +6,7 @@ import os
 from collections import deque
 from collections.abc import Mapping, Sequence
 from ctypes import byref, c_void_p, cast
+from pathlib import Path
 from typing import Any
 
 import fmpy
@@ -23,6 +24,7 @@ from fmpy.logging import addLoggerProxy
 
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.fmu import Fmu, typed_value
+from shaper_fmu.master.once import occupy, once_key, vacate
 
 _FAILED = {
     2: "was refused (Discard)",
@@ -89,12 +91,19 @@ class Instance:
         self.event_mode = event_mode and fmu.has_event_mode
         self._arrays: dict[int, list[Any]] = {}  # values of FMI 3.0 arrays, which can be set as a whole only
         self._environment = max(_logs, default=0) + 1
+        self._once = once_key(fmu, model_exchange)
+        self.slave: Any = None
+        occupy(name, fmu, self._once)
         _logs[self._environment] = self.log
         folder = os.getcwd()
         try:
-            self.slave: Any = self._instantiated()
-        except Exception as error:  # fmpy raises bare Exceptions
-            del _logs[self._environment]
+            self._instantiate()
+        except BaseException as error:  # fmpy raises bare Exceptions
+            if self.slave is not None:
+                self.slave.freeLibrary()
+            self._leave(freed=True)
+            if not isinstance(error, Exception):
+                raise
             raise SimulationError(f"{name}: {fmu.name} cannot be instantiated: {self._words(error)}") from None
         finally:
             os.chdir(folder)  # fmpy leaves it where a library cannot be loaded
@@ -106,42 +115,35 @@ class Instance:
         if any(category.name == "logEvents" for category in self.fmu.description.logCategories):
             self.call("setDebugLogging", False, ["logEvents"])
 
-    def _instantiated(self) -> FMU2Slave | FMU3Slave | FMU2Model | FMU3Model:
-        description = self.fmu.description
-        interface = description.modelExchange if self._model_exchange else self.fmu.co_simulation
-        assert interface is not None  # who asks for Model Exchange has looked
-        common = {
-            "modelIdentifier": interface.modelIdentifier,
-            "unzipDirectory": str(self.fmu.folder),
-            "instanceName": self.name,
-        }
-        self._check_library(str(common["modelIdentifier"]))
+    def _instantiate(self) -> None:
+        description, library = self.fmu.description, self._library()
+        common = {"modelIdentifier": library.stem, "unzipDirectory": str(self.fmu.folder), "instanceName": self.name}
+        self._check_library(library)
         if self.fmu.version == 3:
             self._logger = lambda environment, status, category, message: self.log.append(_text(message))
-            if self._model_exchange:
-                model = FMU3Model(guid=description.instantiationToken, **common)
-                model.instantiate(loggingOn=True, logMessage=self._logger)
-                return model
-            slave = FMU3Slave(guid=description.instantiationToken, **common)
-            slave.instantiate(
-                loggingOn=True, eventModeUsed=self.event_mode, earlyReturnAllowed=self.event_mode, logMessage=self._logger
-            )
-            return slave
-        self._callbacks = fmi2CallbackFunctions.from_buffer_copy(_callbacks)
-        self._callbacks.componentEnvironment = self._environment
-        slave = (FMU2Model if self._model_exchange else FMU2Slave)(guid=description.guid, **common)
-        slave.instantiate(callbacks=self._callbacks, loggingOn=True)
-        return slave
+            modes = {} if self._model_exchange else {"eventModeUsed": self.event_mode, "earlyReturnAllowed": self.event_mode}
+            self.slave = (FMU3Model if self._model_exchange else FMU3Slave)(guid=description.instantiationToken, **common)
+            self.slave.instantiate(loggingOn=True, logMessage=self._logger, **modes)
+        else:
+            self._callbacks = fmi2CallbackFunctions.from_buffer_copy(_callbacks)
+            self._callbacks.componentEnvironment = self._environment
+            self.slave = (FMU2Model if self._model_exchange else FMU2Slave)(guid=description.guid, **common)
+            self.slave.instantiate(callbacks=self._callbacks, loggingOn=True)
 
-    def _check_library(self, identifier: str) -> None:
-        """Raise if the FMU has no library for this machine."""
+    def _library(self) -> Path:
+        """Where its library for this machine is, or ought to be."""
+        interface = self.fmu.description.modelExchange if self._model_exchange else self.fmu.co_simulation
+        assert interface is not None  # who asks for Model Exchange has looked
         folder = fmpy.platform_tuple if self.fmu.version == 3 else fmpy.platform
-        binaries = self.fmu.folder / "binaries"
-        if (binaries / folder / (identifier + fmpy.sharedLibraryExtension)).is_file():
+        return self.fmu.folder / "binaries" / folder / f"{interface.modelIdentifier}{fmpy.sharedLibraryExtension}"
+
+    def _check_library(self, library: Path) -> None:
+        """Raise if the FMU has no library for this machine."""
+        if library.is_file():
             return
-        others = sorted(path.parent.name for path in binaries.glob("*/*") if path.stem == identifier)
+        others = sorted(path.parent.name for path in library.parents[1].glob("*/*") if path.stem == library.stem)
         found = f"only for {', '.join(others)}" if others else "nor for any other platform"
-        raise SimulationError(f"it has no library {identifier}{fmpy.sharedLibraryExtension} for {folder}, {found}")
+        raise SimulationError(f"it has no library {library.name} for {library.parent.name}, {found}")
 
     def _words(self, error: Exception) -> str:
         """What fmpy and the FMU say of a failed instantiation."""
@@ -284,7 +286,11 @@ class Instance:
 
     def close(self) -> None:
         """Free the instance; after a fatal status FMI does not allow even that, so it is left alone."""
-        if self.usable:
-            self.usable = False
+        freed, self.usable = self.usable, False
+        if freed:
             self.slave.freeInstance()
-        _logs.pop(self._environment, None)
+        self._leave(freed)
+
+    def _leave(self, freed: bool) -> None:
+        if _logs.pop(self._environment, None) is not None:  # else it was closed before
+            vacate(self.name, self._once, self._library(), freed)

@@ -12,6 +12,7 @@ from fmpy.model_description import BaseUnit
 
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
 from shaper_fmu.master.fmu import TRANSFERABLE, Fmu, kind_of, load_fmu
+from shaper_fmu.master.once import once_problems
 from shaper_fmu.master.signals import Interpolation, Signal, make_signal, typed_signal
 from shaper_fmu.master.wiring import Loop, Port, instance_order, signal_order
 
@@ -151,7 +152,7 @@ class System:
 
     def check(self) -> list[str]:
         """Every problem of the system as a whole, in words; empty if it can run."""
-        problems = [] if self.fmus else ["the system has no FMU"]
+        problems = once_problems(self.fmus) if self.fmus else ["the system has no FMU"]
         for name, fmu in self.fmus.items():
             for variable in fmu.variables.values():
                 fed = (name, variable.name) in self.connections or (name, variable.name) in self.signals

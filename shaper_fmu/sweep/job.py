@@ -15,6 +15,7 @@ import numpy as np
 from shaper_fmu.errors import ShaperFmuError, SimulationError
 from shaper_fmu.master.batch import Batch, Plan
 from shaper_fmu.master.metrics import Metric
+from shaper_fmu.master.once import OccupiedError
 from shaper_fmu.master.system import System
 from shaper_fmu.sweep.plan import Value
 from shaper_fmu.sweep.store import Outcome, Task
@@ -79,7 +80,7 @@ class Runner:
         """Do runs, short ones by the group; what fails is told in the outcome.
 
         The number of the run at work is kept at the address `now`, unless that is 0: a process that watches this one can tell
-        which run has ended it.
+        which run has ended it. Raises OccupiedError where the FMUs cannot be instantiated again in this process.
         """
         done = 0
         while done < len(tasks):
@@ -96,6 +97,8 @@ class Runner:
             found = self._runs(tasks, now)
             if self.reuses and len(self._tried) < 2 and isinstance(found[0], tuple):
                 found[0] = self._try_reset(tasks[0], found[0], now)
+        except OccupiedError:  # says nothing of the run
+            raise
         except Exception as error:
             found = [error]
         except BaseException:

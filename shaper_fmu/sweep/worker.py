@@ -9,11 +9,13 @@ import struct
 import sys
 import threading
 import time
+from contextlib import suppress
 
 import msgspec
 import numpy as np
 
 from shaper_fmu.master.isolated_process import BEGUN, CLOSED, read_frame, send
+from shaper_fmu.master.once import OccupiedError
 from shaper_fmu.sweep.job import Job, Runner
 from shaper_fmu.sweep.store import Outcome, Task
 
@@ -57,8 +59,9 @@ def serve(channel: int, window: str) -> None:
         send(channel, msgspec.msgpack.encode(Answer(error=type(error).__name__, text=problems)))
         return
     send(channel, BEGUN)
-    while (frame := work.next()) is not None:
-        _do(runner, msgspec.msgpack.decode(frame, type=list[Task]), now, channel)
+    with suppress(OccupiedError):  # this process is used up: what is left is given to another one
+        while (frame := work.next()) is not None:
+            _do(runner, msgspec.msgpack.decode(frame, type=list[Task]), now, channel)
     runner.close()
     send(channel, CLOSED)
 
@@ -96,11 +99,20 @@ class _Inbox:
 def _do(runner: Runner, tasks: list[Task], now: np.ndarray, channel: int) -> None:
     done: list[Outcome] = []
     last = time.monotonic()
-    for outcomes in runner.outcomes(tasks, now.ctypes.data):
-        done += outcomes
-        if time.monotonic() - last > _SEND_AFTER:
-            _send(channel, done, runner)
-            last, done = time.monotonic(), []
+    try:
+        for outcomes in runner.outcomes(tasks, now.ctypes.data):
+            done += outcomes
+            if time.monotonic() - last > _SEND_AFTER:
+                _send(channel, done, runner)
+                last, done = time.monotonic(), []
+    except OccupiedError:
+        _rest(now, channel, done, runner)
+        raise
+    _rest(now, channel, done, runner)
+
+
+def _rest(now: np.ndarray, channel: int, done: list[Outcome], runner: Runner) -> None:
+    """At no run."""
     now[0] = -1
     _send(channel, done, runner)
 

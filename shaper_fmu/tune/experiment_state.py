@@ -10,6 +10,7 @@ import numpy as np
 from shaper_fmu.errors import SimulationError
 from shaper_fmu.master import compiled
 from shaper_fmu.master import layout as of
+from shaper_fmu.master.once import once_key
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.signals import Table
@@ -43,9 +44,10 @@ class SettledRuns(Simulation):
 
     @staticmethod
     def serves(system: System) -> bool:
-        """Whether all its FMUs say that they save their states, and no input is given by a Python function."""
+        """Whether all its FMUs save their states and can be there beside others, and no input is given by a Python function."""
         saving = ("canGetAndSetFMUState", "canGetAndSetFMUstate")
         capable = all(any(getattr(fmu.co_simulation, name, False) for name in saving) for fmu in system.fmus.values())
+        capable = capable and all(once_key(fmu) is None for fmu in system.fmus.values())
         return capable and all(isinstance(signal, Table) for signal in system.signals.values())
 
     def again(self, system: System) -> np.ndarray:
