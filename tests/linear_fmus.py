@@ -13,7 +13,7 @@ from faulty_fmus import library
 
 _NAMES = """
     none directional_fails directional_nan derivatives_fail derivatives_nan endless terminates states_refused other_output other_count
-    huge_state forgetful save_fails euler own_steps tolerant counting
+    huge_state forgetful save_fails euler own_steps tolerant counting unreadable
 """
 FAULTS = {name: number for number, name in enumerate(_NAMES.split())}  # as in linear.h
 PARAMETERS: dict[str, float] = {
@@ -109,6 +109,7 @@ def linear_fmu(
     input_: str = "continuous",
     follows: bool = True,
     own_step: float = 0.0,
+    default_tolerance: str = "",
 ) -> Path:
     """The FMU for a version of FMI, with directional derivatives in the interfaces named ("CoSimulation", "ModelExchange").
 
@@ -116,10 +117,12 @@ def linear_fmu(
     does not follow the input at once, or a step of its own [s], if so told.
     """
     made = library(f"linear{version}")
-    told = (version, directional, exchange, states, rates, input_, follows, own_step)
-    path = made.with_name("_".join(map(str, ("linear", *told))).replace(" ", "") + ".fmu")
+    key = (version, directional, exchange, states, rates, input_, follows, own_step, default_tolerance)
+    path = made.with_name("_".join(map(str, ("linear", *key))).replace(" ", "") + ".fmu")
     interfaces = _interfaces(version, directional, exchange, states)
-    interfaces += f'<DefaultExperiment stepSize="{own_step}"/>' if own_step else ""
+    told = {"stepSize": own_step, "tolerance": default_tolerance}
+    experiment = " ".join(f'{name}="{value}"' for name, value in told.items() if value)
+    interfaces += f"<DefaultExperiment {experiment}/>" if experiment else ""
     text = (_description3 if version == 3 else _description2)(interfaces, rates, input_, follows)
     folder = fmpy.platform_tuple if version == 3 else fmpy.platform
     with zipfile.ZipFile(path, "w") as archive:

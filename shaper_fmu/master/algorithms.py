@@ -4,7 +4,8 @@ An input that is set at t holds over [t, t + h].
 
 - "jacobi": every input is its source's output at t. Inputs that act on an output without delay (direct feedthrough, as
   the FMUs declare it) are set before that output is read, so that all values of a communication point belong together.
-  Nothing is delayed: this is the algorithm for commands on their way through shapers to plants.
+  Nothing is delayed by FMUs that may be read then (see operations.py): this is the algorithm for commands on their way
+  through shapers to plants.
 - "parallel": the same without that order: an input is what its source's output was at the end of the step before,
   whatever has been set since. Each instance with direct feedthrough delays by a step. Most other masters do this.
 - "gauss_seidel": the instances step one after the other, in the order of their connections, and an input fed by an

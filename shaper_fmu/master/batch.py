@@ -18,9 +18,10 @@ from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.faults import fault_error
 from shaper_fmu.master.metrics import Metric
+from shaper_fmu.master.notes import coupling_notes
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.signals import Interpolation
-from shaper_fmu.master.simulation import Simulation, number_of_steps
+from shaper_fmu.master.simulation import Simulation, ends_whole, number_of_steps
 from shaper_fmu.master.system import System
 from shaper_fmu.master.whole_run import whole_runs
 from shaper_fmu.master.wiring import Port
@@ -88,7 +89,7 @@ class Batch:
         if program.loops or program.signals or program.has_unfed_elements():
             raise ModelError(["loops without delay, inputs given by functions, and partly connected arrays need Simulation.run"])
         program.reset()
-        self.notes = treatment.notes
+        self.notes = coupling_notes(system, treatment, plan.algorithm)
         self._places = np.array(program.start_places(), np.intp)
         self._base = np.array([float(value) for value in self._ports.values()])
         self.columns = {".".join(port): column for column, port in enumerate(self._ports)}
@@ -103,6 +104,7 @@ class Batch:
         control.start = control.t = control.smooth_from = plan.start_time
         control.stop, control.step = plan.stop_time, plan.step
         control.steps = number_of_steps(self.system, plan.start_time, plan.stop_time, plan.step)
+        control.ends_whole = ends_whole(plan.start_time, plan.stop_time, plan.step, int(control.steps))
         control.exact, control.exchange = exact, plan.algorithm == "jacobi"
         control.all_open, control.rereading = 1, self._program.reads_locals()
         control.cut, control.at_grid, control.unrecorded, control.room = exact, 1, 1, _ENDLESS

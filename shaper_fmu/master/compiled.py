@@ -145,7 +145,8 @@ def take_step(system, address, control):
     if off_grid and system.guards.size:
         jump = system.jumps[control.jump] if control.jump < system.jumps.size else of.NO_EVENT
         _find_due(system.guards, system.causes, system.bus, system.instances, control, jump, near)
-    whole = control.at_grid and control.done + 1 < control.steps and t == control.start + control.done * control.step
+    unbroken = control.at_grid and t == control.start + control.done * control.step
+    whole = unbroken and (control.done + 1 < control.steps or control.ends_whole)
     h = control.step if whole else target - t
     if not execute(system, control, system.jump_program if event else system.step_program, t, h):
         return False
@@ -160,8 +161,10 @@ def take_step(system, address, control):
         note(system, control, True)
         if not handle_event(address, control, target, True):
             return False
-    elif control.exchange and not execute(system, control, system.exchange_program, target, 0.0):
-        return False
+    elif control.exchange:
+        final = control.done >= control.steps
+        if not execute(system, control, system.final_program if final else system.exchange_program, target, 0.0):
+            return False
     note(system, control, False)
     return True
 
@@ -209,23 +212,25 @@ def take_planned_step(address, control):
 def initialize(address, control, t):
     """Read all outputs and spread them over the connections, in initialization mode."""
     system = opened(address)
-    return execute(system, control, system.read_program, t, 0.0) and execute(system, control, system.exchange_program, t, 0.0)
+    return execute(system, control, system.read_program, t, 0.0) and execute(system, control, system.initial_program, t, 0.0)
 
 
 @compiled
 def exchange(address, control, t):
-    """Spread the bus over the connections, and read what follows without delay."""
+    """Spread the bus over the connections, and read what follows without delay, in initialization mode."""
     system = opened(address)
-    return execute(system, control, system.exchange_program, t, 0.0)
+    return execute(system, control, system.initial_program, t, 0.0)
 
 
 @compiled
 def begin(address, control, t, in_event_mode):
-    """Read all outputs after initialization, and leave event mode if an instance is in it."""
+    """Read all outputs after initialization, set the inputs of the first step, and leave event mode if an instance is in it."""
     system = opened(address)
     if not execute(system, control, system.read_program, t, 0.0):
         return False
-    return not in_event_mode or handle_event(address, control, t, False)
+    if in_event_mode:
+        return handle_event(address, control, t, False)
+    return not control.exchange or execute(system, control, system.exchange_program, t, 0.0)
 
 
 @compiled

@@ -53,7 +53,7 @@ def handle_event(address, control, t, entering):
     for i in range(system.instances.size):
         rereading = rereading or system.instances[i].event_mode != 0
     for _ in range(_MOST_UPDATES):
-        if not execute(system, control, system.exchange_program, t, 0.0):
+        if not execute(system, control, system.event_program, t, 0.0):
             return False
         again = 0
         for i in range(system.instances.size):
@@ -63,11 +63,11 @@ def handle_event(address, control, t, entering):
                     return False
                 if answer > 0:
                     again, asking = 1, i
-        if not rereading:  # all that follows the inputs has been read; to read more before the step disturbs some tools' solvers
+        if not rereading:  # all that follows the inputs has been read
             return True
-        if not execute(system, control, system.read_program, t, 0.0):
+        if not execute(system, control, system.event_read_program, t, 0.0):
             return False
-        if not execute(system, control, system.exchange_program, t, 0.0):
+        if not execute(system, control, system.event_program, t, 0.0):
             return False
         if again == 0:
             return _all_in_mode(system.instances, control, False, t)

@@ -8,7 +8,7 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from shaper_fmu.component import time_rounding
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.calls import fmi2_do_step, fmi2_set_slopes, fmi3_do_step, pointer_to, read_f8, read_u1, read_u8, write_f8
-from shaper_fmu.master.transfers import compiled, fail, get_reals, get_values, inlined, judge, set_reals, set_values
+from shaper_fmu.master.transfers import compiled, fail, get_reals, get_values, inlined, judge, keep_values, set_reals, set_values
 
 rounding = inlined(time_rounding)
 CUT = 2
@@ -43,6 +43,10 @@ def opened(address):
         _array(a, 20, np.int32),
         _program(a, 21),
         _array(a, 22, np.float64),
+        _program(a, 23),
+        _program(a, 24),
+        _program(a, 25),
+        _program(a, 26),
     )
 
 
@@ -162,6 +166,8 @@ def execute(system, control, program, t, h):
             going = _set_slopes(system.slopes_of[number], system.slopes, system.bus, control, t, h)
         elif code == of.GUARDED:
             skipped = 0 if control.all_open or system.guards[number].open else system.guards[number].skip
+        elif code == of.KEEP:
+            keep_values(system.transfers[number])
         elif code == of.HOLD:
             _hold(system.slopes, system.bus, t)
         else:

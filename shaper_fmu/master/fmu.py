@@ -21,6 +21,7 @@ from fmpy.validation import validate_fmu
 
 from shaper_fmu.archives import extract_archive, read_file
 from shaper_fmu.errors import ArchiveError, ModelError, nearest
+from shaper_fmu.master.annotations import declares_readable_after_set
 from shaper_fmu.xml_files import parse_xml
 
 _TYPES: dict[str, type] = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool, "Float64": float, "Float32": float}
@@ -45,6 +46,7 @@ class Fmu:
         description: fmpy's model description.
         version: of FMI, 2 or 3.
         findings: what is wrong with the description, but does not stop it from being run.
+        readable_after_set: whether it says that its outputs may be read between the setting of inputs and the step.
         variables: the variables by name; an array of FMI 3.0 as its elements x[1], x[2], ... (x[1,1], x[1,2], ... in rows).
     """
 
@@ -67,12 +69,23 @@ class Fmu:
             self._wholes.update({element.name: self._elements[str(variable.name)] for element in elements})
         assert self.description.coSimulation is not None  # checked by _coupled_description
         self.co_simulation: CoSimulation = self.description.coSimulation
+        self.readable_after_set = declares_readable_after_set(self.folder, name, self.version)
         self._units = {unit.name: unit for unit in self.description.unitDefinitions}
 
     @property
     def has_event_mode(self) -> bool:
         """Whether it can be used with FMI 3.0's event mode in co-simulation."""
         return self.version == 3 and bool(getattr(self.co_simulation, "hasEventMode", False))
+
+    @property
+    def default_tolerance(self) -> float | None:
+        """The tolerance of its solver in its default experiment, None if there is none that makes sense."""
+        experiment = self.description.defaultExperiment
+        try:
+            told = float(experiment.tolerance) if experiment is not None and experiment.tolerance else 0.0
+        except ValueError:
+            return None
+        return told if 0.0 < told < math.inf else None
 
     def variable(self, name: str, *causalities: str) -> ModelVariable:
         """The variable of this name. Raises ModelError, with the nearest name, if there is none of these causalities."""
@@ -86,13 +99,27 @@ class Fmu:
 
     def inputs_of(self, output: str) -> list[str]:
         """Names of the inputs that the output depends on without delay; all inputs if the FMU does not tell."""
-        for unknown in self.description.outputs:
-            if unknown.variable is not None and output in self._elements[str(unknown.variable.name)]:
-                if unknown.dependencies is None:
-                    break
-                known = [v for v in unknown.dependencies if v.causality == "input"]
-                return [element for v in known for element in self._elements[str(v.name)]]
+        declared = self._declared_inputs.get(output)
+        return declared if declared is not None else self._inputs
+
+    def declares_inputs_of(self, output: str) -> bool:
+        """Whether the FMU tells what the output depends on."""
+        return output in self._declared_inputs
+
+    @functools.cached_property
+    def _inputs(self) -> list[str]:
         return [v.name for v in self.variables.values() if v.causality == "input"]
+
+    @functools.cached_property
+    def _declared_inputs(self) -> dict[str, list[str]]:
+        """Output -> the inputs it depends on, where that is told."""
+        found: dict[str, list[str]] = {}
+        for unknown in self.description.outputs:
+            if unknown.variable is not None and unknown.dependencies is not None:
+                known = [v for v in unknown.dependencies if v.causality == "input"]
+                inputs = [element for v in known for element in self._elements[str(v.name)]]
+                found.update(dict.fromkeys(self._elements[str(unknown.variable.name)], inputs))
+        return found
 
     def whole_variables(self, names: Iterable[str]) -> list[tuple[int, list[str]]]:
         """The value references of these variables, each with the names of all elements that are transferred with it.
@@ -146,6 +173,12 @@ class Fmu:
             raise ModelError([f"{self.name}: {name} is an array; give its elements as a sequence, or set {name}[1]"])
         variable = self.variable(name, "input", "parameter")
         return typed_value(variable, value, self.name)
+
+
+def event_output(fmu: Fmu) -> str | None:
+    """The output that announces the FMU's events, by its name; None if there is none."""
+    variable: ModelVariable | None = fmu.variables.get("next_event_time")
+    return "next_event_time" if variable is not None and variable.causality == "output" else None
 
 
 def element_variables(variable: ModelVariable) -> list[ModelVariable]:

@@ -165,7 +165,8 @@ class Instance:
     def enter_initialization(
         self, start_time: float, stop_time: float | None, values: Mapping[str, Any], tolerance: float | None = None
     ) -> None:
-        """Tell the experiment, with the `tolerance` of the FMU's own solver if there is one, set start values, and enter it."""
+        """Tell the experiment, with the `tolerance` of the FMU's solver (its default if None), set start values, and enter it."""
+        tolerance = tolerance if tolerance is not None else self.fmu.default_tolerance
         if self.fmu.version == 2:
             self.call("setupExperiment", tolerance, start_time, stop_time, at="initialization")
         self.set_values(values, "initialization")

@@ -25,6 +25,7 @@ INSTANCE = np.dtype(
         ("setup", "u8"),  # fmi2SetupExperiment
         ("enter_initialization", "u8"),
         ("exit_initialization", "u8"),
+        ("tolerance", "f8"),  # of its solver, told at initialization; 0 for none
         ("answers", "u8"),  # address of 64 bytes for the answers of calls
         ("next_event", "f8"),  # told by the last update of discrete states
     ],
@@ -142,6 +143,7 @@ CONTROL = np.dtype(
         ("exact", "i4"),  # whether steps end at events
         ("at_grid", "i4"),  # whether the target is a point of the grid
         ("at_event", "i4"),
+        ("ends_whole", "i4"),  # whether the last step is as long as the others
         ("all_open", "i4"),  # whether no guard counts
         ("ends_at_event", "i4"),  # whether an announced event is at the end of the step
         ("smooth_from", "f8"),  # time of the last event
@@ -179,8 +181,8 @@ SIZES = {F8: 8, F4: 4, I1: 1, U1: 1, I2: 2, U2: 2, I4: 4, U4: 4, I8: 8, U8: 8, B
 # Kinds of metrics.
 EXTREMES, ENVELOPE, OUTSIDE, SQUARE = range(4)
 
-# Operations of a program: pairs of a code and what it works on.
-SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED = range(11)  # 2: reals, steps of FMI 2.0
+# Operations of a program: pairs of a code and what it works on. 2: reals, steps of FMI 2.0; KEEP: what has been set, to the bus.
+SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP = range(12)
 
 # Faults.
 NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE = range(7)
@@ -205,7 +207,7 @@ class Layout(NamedTuple):
     recorded: np.ndarray
     metrics: np.ndarray
     step_program: np.ndarray
-    exchange_program: np.ndarray
+    exchange_program: np.ndarray  # between steps
     read_program: np.ndarray
     slopes: np.ndarray
     slopes_of: np.ndarray
@@ -214,6 +216,10 @@ class Layout(NamedTuple):
     causes: np.ndarray  # of guards
     start_program: np.ndarray  # sets the start values of a batch's runs
     mappings: np.ndarray  # pairs of values, one after the other
+    initial_program: np.ndarray  # the exchange during initialization
+    final_program: np.ndarray  # the exchange after the last step
+    event_program: np.ndarray  # the exchange at events
+    event_read_program: np.ndarray
 
 
 def addresses_of(layout: Layout) -> np.ndarray:

@@ -44,8 +44,3 @@ def solve_loops(loops: Sequence[Loop], bus: np.ndarray, places: Sequence[int], e
 def loop_text(loop: Loop) -> str:
     """A loop in words."""
     return f"loop without delay {' -> '.join('.'.join(port) for port in loop)}"
-
-
-def loop_notes(loops: Sequence[Loop]) -> tuple[str, ...]:
-    """What a user should know of them."""
-    return tuple(f"{loop_text(loop)}: solved at the start, later {'.'.join(loop[0])} is an exchange behind" for loop in loops)

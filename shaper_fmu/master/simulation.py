@@ -21,8 +21,9 @@ from shaper_fmu.master.algorithms import ALGORITHMS, Algorithm
 from shaper_fmu.master.events import Treatment, treat_events
 from shaper_fmu.master.faults import fault_error, warning_notes
 from shaper_fmu.master.instance import Instance
-from shaper_fmu.master.loops import loop_notes, solve_loops
+from shaper_fmu.master.loops import solve_loops
 from shaper_fmu.master.metrics import Metric, check_metrics, metric_values
+from shaper_fmu.master.notes import coupling_notes
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.signals import Interpolation
@@ -122,9 +123,9 @@ class Simulation:
         events, too, on both sides of a jump; else at the communication points alone. `interpolation`: inputs are held over a
         step, or "linear" where an FMU takes their derivatives (see linear_inputs.py). `tolerance`: the steps are divided so that
         coupling errs by less than this, relative to 1 + |value|, in each (see step_control.py). `solver_tolerance`: of solvers
-        in the FMUs, where they take one. Raises SimulationError with the instance's name, the time and its last messages when a
-        call fails, and what was recorded until then as its `results`, and ModelError for wrong names. After an error the
-        simulation can be run again, unless it was fatal.
+        in the FMUs, where they take one, in place of their own default. Raises SimulationError with the instance's name, the time
+        and its last messages when a call fails, and what was recorded until then as its `results`, and ModelError for wrong
+        names. After an error the simulation can be run again, unless it was fatal.
         """
         if algorithm not in ALGORITHMS:
             raise ModelError([f"there is no algorithm {algorithm!r}.{nearest(algorithm, ALGORITHMS)}"])
@@ -141,13 +142,14 @@ class Simulation:
         control.start = control.t = control.smooth_from = start_time
         control.stop_place, control.all_open, control.rereading = -1, 1, program.reads_locals()
         control.stop, control.step, control.steps = stop_time, step, steps
+        control.ends_whole = ends_whole(start_time, stop_time, step, steps)
         control.exact = treatment.exact
         control.everywhere, control.exchange = everywhere, algorithm == "jacobi"
         control.cut = treatment.exact and not program.signals  # Python's functions are asked before a step, for its end
         self._initialize(program, control, start_values or {}, solver_tolerance)
         controller = self._controller(program, control, tolerance) if tolerance is not None else None
         told = (_told(program.linear_inputs),) if interpolation == "linear" else ()
-        notes = (*treatment.notes, *loop_notes(program.loops), *told)
+        notes = (*coupling_notes(self.system, treatment, algorithm, self._recorded), *told)
         return self._stepped(program, control, progress, notes, controller)
 
     def _controller(self, program: Program, control: Any, tolerance: float) -> StepControl:
@@ -284,6 +286,11 @@ def number_of_steps(system: System, start_time: float, stop_time: float, step: f
             if not fmu.co_simulation.canHandleVariableCommunicationStepSize:
                 raise ModelError([f"{name} takes no variable steps, so stop_time must be a multiple of the step {step} s"])
     return steps
+
+
+def ends_whole(start_time: float, stop_time: float, step: float, steps: int) -> bool:
+    """Whether the last of the steps is meant to be as long as the others: what is missing is rounding."""
+    return abs(start_time + steps * step - stop_time) <= 1e-9 * step + 4.0 * math.ulp(max(abs(start_time), abs(stop_time)))
 
 
 def _record_into(control: Any, times: np.ndarray, record: np.ndarray) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,6 +47,7 @@ class System:
         self.signals: dict[Port, Signal] = {}
         self.event_outputs: list[Port] = []
         self.without_event_mode: set[str] = set()
+        self.readable: dict[str, bool] = {}  # what the user says of instances, see read_after_set
 
     def announce(self, output: str) -> None:
         """Tell that "instance.output" is the time [s] of the instance's next event; outputs called next_event_time are known."""
@@ -56,6 +57,19 @@ class System:
         """Whether an FMI 3.0 instance is used with event mode, if it has one (default: yes). Some FMUs misbehave in it."""
         self.split(f"{name}.")
         (self.without_event_mode.discard if use else self.without_event_mode.add)(name)
+
+    def read_after_set(self, name: str, allow: bool = True) -> None:
+        """Whether an instance's outputs may be read between the setting of its inputs and the step (default: if its FMU says so).
+
+        FMI forbids it (FMI 2.0.4, section 4.2.4), since some solvers are disturbed by it. Allow it only where you know that the
+        outputs follow the inputs at once and nothing else changes: then values pass through the instance without delay.
+        """
+        self.split(f"{name}.")
+        self.readable[name] = allow
+
+    def readable_after_set(self, name: str) -> bool:
+        """Whether an instance's outputs may be read between the setting of its inputs and the step."""
+        return self.readable.get(name, self.fmus[name].readable_after_set)
 
     def add(self, name: str, fmu: Fmu | Path | str, start: Mapping[str, Any] | None = None, /, **values: Any) -> None:
         """Add an instance of an FMU, given by its path or loaded, with start values of parameters and inputs.
@@ -197,10 +211,15 @@ class System:
 
         return write_system(self, path, **options)
 
-    def signal_order(self) -> tuple[list[Port], list[Loop]]:
-        """Connected inputs in the order in which values spread at initialization, and the algebraic loops."""
+    def signal_order(self, passing: Collection[str] | None = None) -> tuple[list[Port], list[Loop]]:
+        """Connected inputs in the order in which values spread at initialization, and the algebraic loops.
+
+        With `passing`: where values pass without delay through these instances alone.
+        """
 
         def inputs_of(port: Port) -> list[Port]:
+            if passing is not None and port[0] not in passing:
+                return []
             fixed = self.fmus[port[0]].variables[port[1]].causality in ("calculatedParameter", "constant")
             return [] if fixed else [(port[0], name) for name in self.fmus[port[0]].inputs_of(port[1])]
 

@@ -43,8 +43,13 @@ class TransferWriter:
     mappings: list[Mapping[int, int]] = field(default_factory=list)  # of the elements, too
     size: int = 0
 
-    def transfer(self, verb: str, name: str, variables: Sequence[str], place: Callable[[str], int]) -> list[Operation]:
-        """Transfers of these variables (scalars by name), one for each type; `place` tells where an element is on the bus."""
+    def transfer(
+        self, verb: str, name: str, variables: Sequence[str], place: Callable[[str], int], calling: bool = True
+    ) -> list[Operation]:
+        """Transfers of these variables (scalars by name), one for each type; `place` tells where an element is on the bus.
+
+        Without `calling` the values come as far as the transfer's memory (see `kept`), but not to the FMU.
+        """
         instance = self.instances[name]
         fmu, types = instance.fmu, _FMI3 if instance.fmu.version == 3 else _FMI2
         groups: dict[tuple[str, int], list[str]] = {}
@@ -53,9 +58,11 @@ class TransferWriter:
             if kind not in types:
                 raise ModelError([f"{name}.{variable} is of type {kind}; only numbers and booleans can be transferred"])
             groups.setdefault(types[kind], []).append(variable)
-        return [self._group(verb, name, function, kind, chosen, place) for (function, kind), chosen in groups.items()]
+        return [self._group(verb, name, function, kind, chosen, place, calling) for (function, kind), chosen in groups.items()]
 
-    def _group(self, verb: str, name: str, function: str, kind: int, chosen: list[str], place: Callable[[str], int]) -> Operation:
+    def _group(
+        self, verb: str, name: str, function: str, kind: int, chosen: list[str], place: Callable[[str], int], calling: bool
+    ) -> Operation:
         instance = self.instances[name]
         wholes = instance.fmu.whole_variables(chosen)
         elements = [element for _, group in wholes for element in group]
@@ -63,7 +70,7 @@ class TransferWriter:
         self.size = -(-self.size // 8) * 8
         counts = len(self.references), len(wholes), len(self.places), len(elements)
         handle, version = instance.entry_points()[:2]
-        row = (instance.address(full_name), handle, version, kind, *counts, self.size)
+        row = (instance.address(full_name) if calling else 0, handle, version, kind, *counts, self.size)
         self.transfers.append(row)
         self.labels.append((name, full_name, elements))
         self.references += [reference for reference, _ in wholes]
@@ -72,6 +79,24 @@ class TransferWriter:
         self.scalings += [self.scaled.get((name, element), (1.0, 0.0)) for element in elements]
         self.mappings += [self.mapped.get((name, element), {}) for element in elements]
         self.size += of.SIZES[kind] * len(elements)
-        straight = version == 2 and kind == of.F8
+        straight = version == 2 and kind == of.F8 and calling
         code = (of.SET2 if straight else of.SET) if verb == "Set" else (of.GET2 if straight else of.GET)
         return code, len(self.transfers) - 1
+
+    def kept(self, sets: Sequence[Operation], place: Callable[[str], int | None]) -> list[Operation]:
+        """Operations that bring what these transfers have set to the bus, without a call; `place` tells where, None for nowhere."""
+        operations: list[Operation] = []
+        for _, number in sets:
+            name, _, elements = self.labels[number]
+            kind, values = self.transfers[number][3], self.transfers[number][-1]
+            for i, element in enumerate(elements):
+                where = place(element)
+                if where is not None:
+                    self.transfers.append((0, 0, 0, kind, 0, 0, len(self.places), 1, values + of.SIZES[kind] * i))
+                    self.labels.append((name, "", [element]))
+                    self.grouped.append([where])
+                    self.places.append(where)
+                    self.scalings.append((1.0, 0.0))
+                    self.mappings.append({})
+                    operations.append((of.KEEP, len(self.transfers) - 1))
+        return operations

@@ -158,6 +158,8 @@ def _call2(transfer):
 
 @inlined
 def _call_transfer(transfer):
+    if transfer.function == 0:  # the values are wanted, but not for the FMU
+        return 0
     if transfer.version == 2:
         return _call2(transfer)
     arguments = (transfer.handle, transfer.references, transfer.reference_count, transfer.values, transfer.element_count)
@@ -199,17 +201,23 @@ def set_values(transfers, control, number, t):
 
 
 @compiled
-def get_values(transfers, control, number, t):
-    """Get the outputs of a transfer to the bus, whatever their type."""
-    transfer = transfers[number]
-    if not judge(control, _call_transfer(transfer), number, t):
-        return False
+def keep_values(transfer):
+    """Bring the values in a transfer's memory to the bus."""
     size = np.uintp(_size(transfer.kind))
     at, e = transfer.values, transfer.elements
     for _ in range(transfer.element_count):
         write_f8(read_u8(e), _taken(transfer.kind, at))
         at += size
         e += _ELEMENT_SIZE
+
+
+@compiled
+def get_values(transfers, control, number, t):
+    """Get the outputs of a transfer to the bus, whatever their type."""
+    transfer = transfers[number]
+    if not judge(control, _call_transfer(transfer), number, t):
+        return False
+    keep_values(transfer)
     return True
 
 

@@ -54,7 +54,8 @@ def _forget(system):
 
 @compiled
 def _set_up(instance, control, number):
-    arguments = (instance.handle, np.int32(0), 0.0, control.start, np.int32(1), control.stop)
+    told = np.int32(1 if instance.tolerance > 0.0 else 0)
+    arguments = (instance.handle, told, instance.tolerance, control.start, np.int32(1), control.stop)
     return judge(control, fmi2_setup(instance.setup, arguments), -1 - number, control.start, _SETUP)
 
 
@@ -63,7 +64,8 @@ def _enter_initialization(instance, control, number):
     if instance.version == 2:
         status = simple_call(instance.enter_initialization, (instance.handle,))
     else:
-        arguments = (instance.handle, np.uint8(0), 0.0, control.start, np.uint8(1), control.stop)
+        told = np.uint8(1 if instance.tolerance > 0.0 else 0)
+        arguments = (instance.handle, told, instance.tolerance, control.start, np.uint8(1), control.stop)
         status = fmi3_enter_initialization(instance.enter_initialization, arguments)
     return judge(control, status, -1 - number, control.start, _ENTER)
 

@@ -16,7 +16,7 @@ enum { U, Y, X, DX = X + 4, W1 = DX + 4, Z1, W2, Z2, B1, B2, C1, C2, D, CUBIC, F
 enum fault {
     NONE, DIRECTIONAL_FAILS, DIRECTIONAL_NAN, DERIVATIVES_FAIL, DERIVATIVES_NAN, ENDLESS, TERMINATES, STATES_REFUSED, OTHER_OUTPUT,
     OTHER_COUNT, HUGE_STATE, FORGETFUL, SAVE_FAILS,
-    EULER, OWN_STEPS, TOLERANT, COUNTING /* habits of other tools, see test_tune_foreign.py */
+    EULER, OWN_STEPS, TOLERANT, COUNTING, UNREADABLE /* habits of other tools, see test_tune_foreign.py */
 };
 
 static const double STARTS[REALS] = {
@@ -36,6 +36,7 @@ typedef struct {
     char name[64];
     double tolerance; /* of its solver, which it was told */
     double reads;
+    int stepped, set; /* an input has been set since the last step */
     double not_before; /* it was told that no state of an earlier time will be set */
 } Linear;
 
@@ -112,6 +113,7 @@ static Linear *make(const char *name, int exchange) {
 
 static void start(Linear *self) {
     self->now.hidden = self->now.time = self->now.own_time = self->reads = self->not_before = 0.0;
+    self->stepped = self->set = 0;
     memcpy(self->now.r, STARTS, sizeof STARTS);
 }
 
@@ -121,7 +123,11 @@ static void *saved(const Linear *self) {
     return copy;
 }
 
+/* Whether it must not be read now, since an input has been set and no step has followed. */
+static int unreadable(const Linear *self) { return is(self, UNREADABLE) && !self->now.exchange && self->stepped && self->set; }
+
 static void step(Linear *self, double t, double h, int no_going_back) {
+    self->stepped = 1, self->set = 0;
     if (no_going_back)
         self->not_before = t;
     if (is(self, EULER)) { /* the communication step is the solver's */

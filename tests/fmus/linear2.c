@@ -29,6 +29,8 @@ EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_def
 EXPORT fmi2Status fmi2Reset(fmi2Component c) { return start(c), fmi2OK; }
 
 EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[]) {
+    if (unreadable(c))
+        return failed(c, "read between set and step");
     evaluate(c);
     for (size_t i = 0; i < n; i++)
         values[i] = ((Linear *)c)->now.r[vr[i]];
@@ -36,6 +38,7 @@ EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], si
 }
 
 EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[]) {
+    ((Linear *)c)->set = 1;
     for (size_t i = 0; i < n; i++)
         ((Linear *)c)->now.r[vr[i]] = values[i];
     return fmi2OK;

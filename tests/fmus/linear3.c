@@ -31,7 +31,15 @@ EXPORT fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String tok
 EXPORT void fmi3FreeInstance(fmi3Instance c) { free(c); }
 EXPORT fmi3Status fmi3Reset(fmi3Instance c) { return start(c), fmi3OK; }
 
+EXPORT fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance,
+                                              fmi3Float64 start_time, fmi3Boolean stop_defined, fmi3Float64 stop_time) {
+    ((Linear *)c)->tolerance = tolerance_defined ? tolerance : 0.0;
+    return fmi3OK;
+}
+
 EXPORT fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 values[], size_t m) {
+    if (unreadable(c))
+        return failed(c, "read between set and step");
     evaluate(c);
     for (size_t i = 0; i < n; values += length(vr[i]), i++)
         memcpy(values, ((Linear *)c)->now.r + vr[i], length(vr[i]) * sizeof *values);
@@ -39,6 +47,7 @@ EXPORT fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], 
 }
 
 EXPORT fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 values[], size_t m) {
+    ((Linear *)c)->set = 1;
     for (size_t i = 0; i < n; values += length(vr[i]), i++)
         memcpy(((Linear *)c)->now.r + vr[i], values, length(vr[i]) * sizeof *values);
     return fmi3OK;
@@ -121,7 +130,7 @@ EXPORT const char *fmi3GetVersion(void) { return "3.0"; }
 EXPORT void *fmi3InstantiateScheduledExecution(void) { return NULL; }
 
 #define FINE(Name) EXPORT fmi3Status fmi3##Name(void) { return fmi3OK; }
-FINE(EnterInitializationMode) FINE(ExitInitializationMode) FINE(Terminate) FINE(SetDebugLogging) FINE(EnterEventMode)
+FINE(ExitInitializationMode) FINE(Terminate) FINE(SetDebugLogging) FINE(EnterEventMode)
 FINE(EnterStepMode) FINE(EnterContinuousTimeMode) FINE(SetTime)
 
 #define ABSENT(Name) EXPORT fmi3Status fmi3##Name(void) { return fmi3Error; }

@@ -1,0 +1,71 @@
+"""What a user should know of a run before its numbers are used: events on the grid, loops, values that come a step late."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from shaper_fmu.master.algorithms import Algorithm
+from shaper_fmu.master.events import Treatment
+from shaper_fmu.master.fmu import event_output
+from shaper_fmu.master.loops import loop_text
+from shaper_fmu.master.system import System
+from shaper_fmu.master.wiring import Loop, Port
+
+
+def coupling_notes(system: System, treatment: Treatment, algorithm: Algorithm, recorded: Collection[Port] = ()) -> tuple[str, ...]:
+    """The notes of a run with this treatment of events and algorithm, where these variables are recorded."""
+    late = _late_notes(system, treatment, recorded) if algorithm == "jacobi" else []
+    return (*treatment.notes, *_loop_notes(system), *late)
+
+
+def _loop_notes(system: System) -> list[str]:
+    notes = []
+    for loop in system.signal_order()[1]:
+        late = next((port for port in _sources(system, loop) if not system.readable_after_set(port[0])), None)
+        behind = f"{'.'.join(late)} is a step late" if late else f"{'.'.join(loop[0])} is an exchange behind"
+        notes.append(f"{loop_text(loop)}: solved at the start, later {behind}")
+    return notes
+
+
+def _sources(system: System, loop: Loop) -> list[Port]:
+    return [system.connections[port] for port in loop[:-1]]
+
+
+def _late_notes(system: System, treatment: Treatment, recorded: Collection[Port]) -> list[str]:
+    """Outputs that follow inputs without delay, but of which a master gets what the last step left."""
+    notes = []
+    for name, fmu in system.fmus.items():
+        if system.readable_after_set(name):
+            continue
+        fed = [port[1] for port in [*system.connections, *system.signals] if port[0] == name]
+        targets: dict[str, list[str]] = {}
+        for target, (source, output) in treatment.connections.items():
+            if source == name and not set(fed).isdisjoint(fmu.inputs_of(output)):
+                targets.setdefault(output, []).append(".".join(target))
+        announced = event_output(fmu)
+        if treatment.exact and announced and not set(fed).isdisjoint(fmu.inputs_of(announced)):
+            targets.setdefault(announced, []).append("the times of its events")
+        shown = [output for instance, output in recorded if instance == name and fmu.variables[output].causality == "output"]
+        declared = [o for o in shown if fmu.declares_inputs_of(o) and not set(fed).isdisjoint(fmu.inputs_of(o))]
+        if targets:
+            notes.append(_late_note(system, treatment, name, targets))
+        elif declared:
+            notes.append(f"{name}: {_listed(declared)} of a point of time follow the inputs held over the step before it")
+    return notes
+
+
+def _late_note(system: System, treatment: Treatment, name: str, targets: dict[str, list[str]]) -> str:
+    fmu = system.fmus[name]
+    between = treatment.exact and fmu.has_event_mode and name not in system.without_event_mode
+    told = [output for output in targets if fmu.declares_inputs_of(output)]
+    condition = "" if told else f"where it follows an input at once (which {fmu.name} does not declare), "
+    what = _listed([f"{output} to {', '.join(targets[output])}" for output in told or targets])
+    return (
+        f"{name}: {condition}{what} is a step late{' between events' if between else ''}, since FMI allows no reading between set "
+        f"and step: take smaller steps or algorithm='gauss_seidel', or system.read_after_set({name!r}) if it is known to bear it"
+    )
+
+
+def _listed(words: list[str], most: int = 4) -> str:
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return "; ".join(words[:most]) + more

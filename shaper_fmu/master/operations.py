@@ -1,0 +1,208 @@
+"""The programs of the compiled loop: in which order values move and instances step.
+
+FMI allows no output to be read between the setting of inputs and the step (FMI 2.0.4, section 4.2.4; FMI 3.0, section 4.2.1,
+Step Mode): some FMUs' solvers are disturbed by it, others answer with what was. So outputs are read anew after a set only from
+instances through which values *pass*: while a system is initialized these are all, in events those in event mode, and at any
+time those that declare that they allow it (`Fmu.readable_after_set`). What other instances give is what their last step left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from typing import Any
+
+from shaper_fmu.master import layout as of
+from shaper_fmu.master.guards import TABLES
+from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.signals import Table
+from shaper_fmu.master.system import System
+from shaper_fmu.master.transfer_writer import Operation, TransferWriter
+from shaper_fmu.master.wiring import Port
+
+
+class Operations:
+    """Makes the programs of a system with live instances.
+
+    `places` of values on the bus grow by those of elements that nothing feeds or asks for. `causes` of the guards: see guards.py.
+
+    Attributes:
+        unfed: places of array elements that are set with others, but that nothing feeds.
+        guards, cause_codes: rows of the loop's arrays of these names.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        instances: Mapping[str, Instance],
+        connections: Mapping[Port, Port],
+        writer: TransferWriter,
+        places: dict[Any, int],
+        causes: Mapping[str, list[str]],
+        event_ports: Collection[Port],
+    ):
+        self._system, self._instances, self._connections, self._writer = system, instances, connections, writer
+        self._places, self._causes, self._event_ports = places, causes, event_ports
+        self._readable = {name for name in instances if system.readable_after_set(name)}
+        self.unfed: dict[int, Port] = {}
+        self.guards: list[tuple[int, ...]] = []
+        self.cause_codes: list[int] = []
+
+    def programs(
+        self, algorithm: str, linear_inputs: Collection[Port], slope_calls: Mapping[str, int], starts: Collection[Port]
+    ) -> dict[str, list[Operation]]:
+        """The programs by the names that layout.py has for them."""
+        names = list(self._instances)
+        in_event_mode = {name for name in names if self._instances[name].event_mode}
+        reads = {name: self._read_after_step(name) for name in names}
+        exchange = self._exchange(self._readable)
+        event = exchange if in_event_mode <= self._readable else self._exchange(self._readable | in_event_mode)
+        initial = exchange if self._readable >= set(names) else self._exchange(names)
+        event_read = [operation for name in names if name in self._readable | in_event_mode for operation in reads[name]]
+        step, jump = self._steps(algorithm, reads, linear_inputs, slope_calls)
+        return {
+            "start": [operation for name in names for operation in self._starting(name, starts)],
+            "step": step,
+            "jump": jump,
+            "exchange": exchange,
+            "read": [operation for operations in reads.values() for operation in operations],
+            "initial": initial,
+            "final": exchange if self._readable >= set(names) else self._exchange(self._readable, final=True),
+            "event": event,
+            "event_read": event_read,
+        }
+
+    def _steps(
+        self,
+        algorithm: str,
+        reads: Mapping[str, list[Operation]],
+        linear_inputs: Collection[Port],
+        slope_calls: Mapping[str, int],
+    ) -> tuple[list[Operation], list[Operation]]:
+        """The programs of a step, and of one that ends at an announced event."""
+        early = {name for name in self._instances if self._instances[name].returns_early}
+        order = sorted(self._instances, key=lambda name: name not in early)  # the first to step may end the step for all
+        step_of = {
+            name: (of.STEP2 if self._instances[name].fmu.version == 2 else of.STEP3, self._writer.numbers[name]) for name in order
+        }
+        read_all = [operation for operations in reads.values() for operation in operations]
+        slopes_of = {name: [(of.SLOPES, i)] for name, i in slope_calls.items()}
+        slopes = [operation for operations in slopes_of.values() for operation in operations]
+        hold = [(of.HOLD, 0)] if slopes else []
+        if algorithm == "jacobi":
+            step = [*hold, *slopes, *step_of.values(), *read_all]
+            return step, step
+        sets = {
+            name: self._setting(name, self._inputs_of(name), linear_inputs)
+            for name in self._system.instance_order()
+            if self._inputs_of(name)
+        }
+        guarded = [operation for name, operations in sets.items() for operation in self._guarded(name, operations)]
+        before = [*([(of.TABLES_BEFORE, 0)] if self._has_tables() else []), *hold]
+        jump = [*before, *guarded, *slopes, *step_of.values(), *read_all]
+        if algorithm == "parallel":
+            return jump, jump
+        step = list(before)  # what an instance gives at an event belongs to the next step of the others, so not in `jump`
+        for name in self._system.instance_order():
+            step += [*sets.get(name, []), *slopes_of.get(name, []), step_of[name], *reads[name]]
+        return step, jump
+
+    def _exchange(self, passing: Collection[str], final: bool = False) -> list[Operation]:
+        """Set all inputs, causes before effects, where values pass through the instances `passing` without delay.
+
+        With `final` the others' inputs are only noted: no step follows, so that what they give may still be asked for.
+        """
+        operations: list[Operation] = [(of.TABLES_NOW, 0)] if self._has_tables() else []
+        for name, inputs in self._ordered_inputs(passing):
+            operations += self._guarded(name, self._setting(name, inputs, calling=not final or name in passing))
+            if name in passing:
+                operations += self._reading(name, self._follows(name, set(inputs)))
+        return operations
+
+    def _has_tables(self) -> bool:
+        return any(isinstance(signal, Table) for signal in self._system.signals.values())
+
+    def _inputs_of(self, name: str) -> list[str]:
+        return [variable for instance, variable in [*self._system.signals, *self._connections] if instance == name]
+
+    def _setting(self, name: str, inputs: list[str], held: Collection[Port] = (), calling: bool = True) -> list[Operation]:
+        """Set inputs; those that are recorded are noted as they are set, where the FMU must not be asked for them."""
+        operations = self._writer.transfer("Set", name, inputs, self._source_place(name, held), calling)
+        if name not in self._readable:
+            operations += self._writer.kept(operations, lambda variable: self._places.get((name, variable)))
+        return operations
+
+    def _source_place(self, name: str, held: Collection[Port] = ()) -> Callable[[str], int]:
+        """Where the source of an input element is on the bus; elements that nothing feeds keep their start value.
+
+        Those in `held` get the value that their source had at the beginning of the step.
+        """
+
+        def place(variable: str) -> int:
+            port = (name, variable)
+            if port in held:
+                return self._places["held", *self._connections[port]]
+            if port in self._connections:
+                return self._places[self._connections[port]]
+            if port in self._system.signals:
+                return self._places[("signal", *port)]
+            key = ("constant", *port)
+            if key not in self._places:
+                self._places[key] = len(self._places)
+                self.unfed[self._places[key]] = port
+            return self._places[key]
+
+        return place
+
+    def _read_after_step(self, name: str) -> list[Operation]:
+        """Read what an instance gives; its inputs are known where it must not be asked for them at other times."""
+        known = set() if name in self._readable else set(self._inputs_of(name))
+        return self._reading(name, lambda variable: variable not in known)
+
+    def _reading(self, name: str, chosen: Callable[[str], bool]) -> list[Operation]:
+        """Transfers that bring the instance's variables to their places."""
+        variables = [port[1] for port in self._places if len(port) == 2 and port[0] == name and chosen(port[1])]
+
+        def place(variable: str) -> int:
+            if (name, variable) in self._places:
+                return self._places[name, variable]
+            return self._places.setdefault(("spare", name, variable), len(self._places))
+
+        return self._writer.transfer("Get", name, variables, place) if variables else []
+
+    def _starting(self, name: str, starts: Collection[Port]) -> list[Operation]:
+        """Transfers that set an instance's start values."""
+        variables = [port[1] for port in starts if port[0] == name]
+
+        def place(variable: str) -> int:
+            return self._places.setdefault(("start", name, variable), len(self._places))
+
+        return self._writer.transfer("Set", name, variables, place) if variables else []
+
+    def _guarded(self, name: str, operations: list[Operation]) -> list[Operation]:
+        """The operations that set an instance's inputs, behind a guard where it makes something of every change of them."""
+        if name not in self._causes:
+            return operations
+        self.guards.append((len(self.cause_codes), len(self._causes[name]), len(operations), 0, 1))
+        for cause in self._causes[name]:
+            port = next((port for port in self._event_ports if port[0] == cause), None)
+            instance = -1 - self._writer.numbers.get(cause, 0)
+            self.cause_codes.append(of.JUMPS if cause == TABLES else self._places[port] if port else instance)
+        return [(of.GUARDED, len(self.guards) - 1), *operations]
+
+    def _follows(self, name: str, inputs: set[str]) -> Callable[[str], bool]:
+        fmu = self._instances[name].fmu
+
+        def follows(variable: str) -> bool:
+            followed = fmu.variables[variable].causality == "output" and not inputs.isdisjoint(fmu.inputs_of(variable))
+            return followed or (variable in inputs and name in self._readable)
+
+        return follows
+
+    def _ordered_inputs(self, passing: Collection[str]) -> list[tuple[str, list[str]]]:
+        """Signals from outside first, then connections with causes before effects; neighbours of one instance together."""
+        grouped: list[tuple[str, list[str]]] = []
+        for name, variable in [*self._system.signals, *self._system.signal_order(passing)[0]]:
+            if not grouped or grouped[-1][0] != name:
+                grouped.append((name, []))
+            grouped[-1][1].append(variable)
+        return grouped

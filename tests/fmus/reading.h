@@ -1,0 +1,78 @@
+/* A lag, x' = (u - x) / T, exact for a held input, with a solver that must not be disturbed: what FMI 2.0 and 3.0 share.
+   FMI allows no reading between the setting of an input and the step. Who does it all the same gets an error (`strict` = 1), or
+   finds that the next step goes nowhere (`strict` = 0), as solvers of other tools are disturbed by it, without a word.
+   With `strict` = 2 it refuses steps that are not as long as its first one, to the bit. */
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define EXPORT __attribute__((visibility("default")))
+#define TIME_CONSTANT 0.5
+
+enum { U, X, THROUGH, LOAD, COUNT_IN, COUNT_OUT, STRICT, CLOCK, SIZE }; /* value references; CLOCK is FMI 3.0's time */
+
+typedef struct {
+    double value[SIZE];
+    double steps, first_step;
+    int event_mode;
+    int stepping; /* initialized, and not in event mode */
+    int set;      /* an input has been set since the last step */
+    int disturbed;
+} Lag;
+
+static Lag *make(void) { return calloc(1, sizeof(Lag)); }
+
+static void evaluate(Lag *self) {
+    double *v = self->value;
+    v[THROUGH] = v[X] + v[U];
+    v[LOAD] = v[X] * v[U];
+    v[COUNT_OUT] = v[COUNT_IN] + self->steps;
+}
+
+static void set(Lag *self, unsigned reference, double value) {
+    self->value[reference] = value;
+    self->set = 1;
+}
+
+static void initialized(Lag *self) { self->stepping = !self->event_mode, self->set = 0; }
+
+static void reset(Lag *self) {
+    int event_mode = self->event_mode;
+    memset(self, 0, sizeof *self);
+    self->event_mode = event_mode;
+}
+
+/* 0 where it may not be read. */
+static int readable(Lag *self) {
+    if (self->stepping && self->set) {
+        self->disturbed = 1;
+        if (self->value[STRICT] == 1.0)
+            return 0;
+    }
+    if (!(self->stepping && self->set))
+        evaluate(self); /* else the values stay what they were */
+    return 1;
+}
+
+/* 0 if the step is refused. */
+static int step(Lag *self, double h) {
+    double *v = self->value;
+    if (self->steps == 0.0)
+        self->first_step = h;
+    if (v[STRICT] == 2.0 && h != self->first_step)
+        return 0;
+    if (!self->disturbed) {
+        v[X] = v[U] + (v[X] - v[U]) * exp(-h / TIME_CONSTANT);
+        self->steps += 1.0;
+    }
+    self->set = self->disturbed = 0;
+    evaluate(self);
+    return 1;
+}
+
+static void *saved(const Lag *self) {
+    Lag *copy = make();
+    *copy = *self;
+    return copy;
+}
