@@ -15,7 +15,8 @@ value of a variable.
 
 For model exchange a component tells its `continuous_states`, each a variable with a `derivative`; a step of length zero
 then computes outputs and derivatives from them. Components with time events alone give an empty tuple, and `sampled`
-where their inputs act only at communication points and events. This module uses the standard library alone, because
+where their inputs act only at communication points and events. A State `next_kink_time` tells solvers where an output's
+derivative jumps, though the output does not. This module uses the standard library alone, because
 every exported FMU carries it.
 """
 

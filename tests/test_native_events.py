@@ -86,6 +86,33 @@ def test_left_and_right_limits_at_events_are_those_of_plain_python(name):
     driver.close()
 
 
+MOVES = [("MotionProfile", {"profile": kind, "start_time": 0.13, "duration": 0.9, "distance": -1.3}) for kind in range(1, 8)]
+BOUNDED = [("MotionProfile", {"profile": kind, "duration": 1.5, "max_velocity": 1.2}) for kind in (2, 7)]
+TRAINS = [("PulseTrain", {"design": design, "start_time": 0.13, "duration": 0.4}) for design in range(1, 7)]
+
+
+@pytest.mark.parametrize(("name", "values"), MOVES + BOUNDED + TRAINS)
+def test_values_before_an_event_are_the_limits_from_the_left_and_after_it_from_the_right(name, values):
+    """In FMI 3.0's event mode: those of plain Python 1e-7 s before and after; slopes of the outputs are below 1e3 per second."""
+    driver = Driver(native_fmu(name, 3), eventModeUsed=True, earlyReturnAllowed=True).initialize(values)
+    outputs = [n for n in driver.names("output") if not n.endswith(("_mean", "_time"))]
+
+    def beside(t: float) -> list[float]:
+        plain = components()[name](**values)
+        plain.initialize(0.0)
+        plain.do_step(0.0, t)
+        return [getattr(plain, output) for output in outputs]
+
+    due, t = driver.leave_event_mode(), 0.0
+    while due is not None:
+        assert driver.step(t, 2.0 - t) == (True, due)
+        assert [driver.get(output) for output in outputs] == pytest.approx(beside(due - 1e-7), abs=1e-4)
+        t, due = due, driver.handle_event()
+        assert [driver.get(output) for output in outputs] == pytest.approx(beside(t + 1e-7), abs=1e-4)
+    assert t >= 0.13
+    driver.close()
+
+
 def test_a_shaped_step_by_event_mode_leaves_nothing():
     """ZV on its own mode: residual below 1e-12 of the step, communication steps of 50 ms that no delay divides.
 

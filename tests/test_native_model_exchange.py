@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ctypes import c_double
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,8 +23,8 @@ both_versions = pytest.mark.parametrize("fmi", [2, 3])
 class Integrated:
     """A model-exchange instance, driven as the standards tell: events at announced times, a solver between them."""
 
-    def __init__(self, name: str, fmi: int):
-        self.driver = Driver(native_fmu(name, fmi), exchange=True).initialize(PARAMETERS[name])
+    def __init__(self, name: str, fmi: int, values: dict[str, Any] | None = None):
+        self.driver = Driver(native_fmu(name, fmi), exchange=True).initialize(PARAMETERS[name] if values is None else values)
         self.slave, self.inputs = self.driver.slave, self.driver.labels("input")
         component = components()[name]
         self.count = sum(component.variables[state].size or 1 for state in component.continuous_states or ())
@@ -202,3 +203,55 @@ def test_fmpys_own_solver_runs_the_crane(fmi):
     swing = [np.interp(np.arange(0.5, 7.5, 0.5), run["time"], run["swing_angle"]) for run in runs]
     assert np.max(np.abs(swing[0])) > 0.01
     assert swing[0] == pytest.approx(swing[1], abs=1e-6)
+
+
+@both_versions
+@pytest.mark.parametrize("clock", [-1, 0, 1], ids=["early", "exact", "late"])
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [("MotionProfile", {"profile": kind, "start_time": 0.3, "duration": 0.7}) for kind in (1, 2, 5)]
+    + [("PulseTrain", {"design": design, "start_time": 0.3}) for design in (1, 3, 6)]
+    + [("InputShaper", {"shaper": 3}), ("PulseWidthModulator", {"carrier_frequency": 3.0})],
+)
+def test_after_an_event_values_stay_those_from_the_right(name, values, clock, fmi):
+    """Also of an importer whose clock is off by rounding when it meets the event; and until the event those from the left."""
+    model = Integrated(name, fmi, values)
+    plain = components()[name](**values)
+    plain.initialize(0.0)
+    for label in model.inputs:
+        model.set({label: 0.4})
+        plain.set(label, 0.4)
+    plain.do_step(0.0, 0.0)
+    outputs = [v.name for v in plain.variables.values() if v.causality == "output" and not v.name.endswith("_mean")]
+    events, t = 0, 0.0
+    while model.due is not None and events < 12:
+        due = model.due
+        plain.do_step(t, due - t, left_limits=True)
+        model.slave.setTime(due)
+        assert seen(model.driver, outputs) == expected(plain, outputs)
+        met = due * (1.0 + clock * 2.0**-52)
+        model.slave.setTime(met)
+        model.event()
+        plain.do_step(due, 0.0)
+        for later in (met, due, due * (1.0 + 2.0**-51), due * (1.0 + 2.0**-47)):
+            if later >= met:
+                model.slave.setTime(later)
+                assert seen(model.driver, outputs) == pytest.approx(expected(plain, outputs), abs=1e-9)
+        events, t = events + 1, due
+    assert events >= 1
+    model.driver.close()
+
+
+@both_versions
+def test_sampled_inputs_act_at_events_alone(fmi):
+    """Between the events a set command is read back as it was set, and shaped from the next event on."""
+    model = Integrated("InputShaper", fmi)
+    model.slave.setTime(0.25)
+    model.driver.set({"command": 1.0})
+    assert (model.driver.get("command"), model.driver.get("shaped")) == (1.0, 0.0)
+    model.t = 0.25
+    model.event()
+    assert model.driver.get("shaped") > 0.0
+    model.slave.setTime(0.25)
+    assert (model.driver.get("command"), model.driver.get("shaped") > 0.0) == (1.0, True)
+    model.driver.close()

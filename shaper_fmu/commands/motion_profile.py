@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from shaper_fmu.component import NO_EVENT, Calculated, Component, Output, Parameter, State, time_tolerance
-from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind, inner_event, ramp_time, shortest_duration, unit_limit, unit_move
+from shaper_fmu.profiles.kinds import (
+    NO_LIMIT,
+    ProfileKind,
+    inner_event,
+    inner_kink,
+    ramp_time,
+    shortest_duration,
+    unit_limit,
+    unit_move,
+)
 
 TOO_SHORT = 1
 NEVER = 2
@@ -57,6 +66,7 @@ class MotionProfile(Component):
     moving = Output("", "true from the start of the move to its end", start=False)
     next_event_time = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
 
+    next_kink_time = State(NO_EVENT)
     ramp = State(0.0)
     possible_duration = State(0.0)
 
@@ -86,6 +96,7 @@ class MotionProfile(Component):
         self.velocity = 0.0
         self.acceleration = 0.0
         self.moving = False
+        self.next_kink_time = NO_EVENT
         if now < self.start_time - tolerance:
             self.next_event_time = self.start_time
         elif now >= self.start_time + span - tolerance:
@@ -102,6 +113,11 @@ class MotionProfile(Component):
                 else:
                     self.next_event_time = min(self.next_event_time, self.start_time + event)
                     s = min(s, event * BEFORE)
+            s = min(s, span * BEFORE)
+            for i in range(4):
+                kink = self.start_time + inner_kink(self.profile, i, span, self.ramp)
+                if now < kink - tolerance:
+                    self.next_kink_time = min(self.next_kink_time, kink)
             position, velocity, acceleration = unit_move(
                 self.profile, s, self.duration, self.ramp, self.natural_frequency, self.damping_ratio
             )

@@ -75,6 +75,7 @@ class PulseTrain(DesignWorkspace):
     carrier = Output("", "the triangle carrier; 0 in designs without one")
     next_event_time = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
 
+    next_kink_time = State(NO_EVENT)  # of the reference; the carrier's kinks are not told
     switch_time = State(size=SWITCHES)  # since the start of the command
     original_time = State(size=SWITCHES)
     frequency = State()  # of the carrier [Hz], 0 without one
@@ -112,6 +113,9 @@ class PulseTrain(DesignWorkspace):
                 due = 0.0
             elif self.design == Design.zv_carrier and s < self.travel_time - tolerance:
                 due = min(due, self.travel_time)
+        self.next_kink_time = NO_EVENT
+        if self.frequency > 0.0 and s < self.travel_time - tolerance:
+            self.next_kink_time = self.start_time + (0.0 if s < -tolerance else self.travel_time)
         self.next_event_time = self.start_time + due if due < NO_EVENT else NO_EVENT
 
 

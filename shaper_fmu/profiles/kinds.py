@@ -9,7 +9,7 @@ from shaper_fmu.profiles.cycloid import cycloid, cycloid_peaks, cycloid_shortest
 from shaper_fmu.profiles.cycloid_versine_ramp import cycloid_versine_ramp
 from shaper_fmu.profiles.cycloid_versine_ramp_limits import cycloid_versine_ramp_peak_velocity, cycloid_versine_ramp_shortest
 from shaper_fmu.profiles.polynomial_345 import polynomial_345, polynomial_345_peaks, polynomial_345_shortest
-from shaper_fmu.profiles.s_curve import s_curve, s_curve_segment_time
+from shaper_fmu.profiles.s_curve import s_curve, s_curve_boundary, s_curve_segment_time
 from shaper_fmu.profiles.s_curve_limits import s_curve_peaks, s_curve_shortest
 from shaper_fmu.profiles.step import step
 from shaper_fmu.profiles.trapezoid import trapezoid, trapezoid_peaks, trapezoid_ramp, trapezoid_shortest
@@ -70,6 +70,13 @@ def inner_event(kind: int, i: int, duration: float, ramp: float) -> float:
     """Time [s] of the i-th (0, 1) jump of an acceleration within the move (a trapezoid's); `duration` if there is none."""
     if kind == ProfileKind.trapezoid:
         return ramp if i == 0 else duration - ramp
+    return duration
+
+
+def inner_kink(kind: int, i: int, duration: float, ramp: float) -> float:
+    """Time [s] of the i-th (0 .. 3) kink of an acceleration within the move (an S-curve's); `duration` if there is none."""
+    if kind == ProfileKind.s_curve:
+        return s_curve_boundary(i, duration, ramp)
     return duration
 
 

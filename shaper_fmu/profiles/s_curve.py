@@ -58,6 +58,11 @@ def s_curve(
     return position * (speed * tau), velocity * speed, acceleration * (speed / tau)
 
 
+def s_curve_boundary(i: int, duration: float, segment_time: float) -> float:
+    """Time [s] of the i-th (0 .. 3) boundary between two parts, where the acceleration has a kink."""
+    return (i + 1.0) * segment_time if i < 2 else duration - (4.0 - i) * segment_time
+
+
 def segment(x: float, ratio: float, damping_ratio: float) -> tuple[float, float, float]:
     """Acceleration, velocity and path of the first segment at x = u/tau, over A, A tau and A tau^2; ratio is Tn/tau."""
     angle = 2.0 * math.pi * x

@@ -55,6 +55,7 @@ typedef struct {
     int record_size;
     int left_limits;     /* offset of the flag that asks for values from the left */
     int next_event_time; /* offset of the announced event, or -1 */
+    int next_kink_time;  /* offset of the announced kink (model exchange), or -1 */
     int sampled;         /* whether inputs act only when sampled (model exchange) */
     int model_exchange;  /* whether the component can be integrated by the importer */
     int variables;
@@ -135,6 +136,7 @@ Status check_step(Instance *, double t, double h);
 Status enter_event_mode(Instance *);
 void terminate(Instance *);
 double next_event(const Instance *);
+double next_solver_event(const Instance *);
 int samples_changed(const Instance *);
 
 /* states.c */

@@ -66,6 +66,13 @@ Status enter_continuous_time(Instance *instance) {
     return OK;
 }
 
+/* Where a solver has to stop next: at an event, or where an output has a kink. */
+double next_solver_event(const Instance *instance) {
+    double event = next_event(instance);
+    if (component.next_kink_time < 0 || !instance->model_exchange) return event;
+    return fmin(event, *(const double *)(instance->record + component.next_kink_time));
+}
+
 Status no_indicators(Instance *instance, size_t n) {
     return n ? refuse(instance, ERROR, "%s: there are no event indicators, but %d were asked for", component.name, (int)n) : OK;
 }

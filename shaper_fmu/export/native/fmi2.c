@@ -205,7 +205,7 @@ fmi2Status fmi2EnterEventMode(fmi2Component c) {
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo) {
     REQUIRE(EXCHANGE_ONLY | EVENT);
     if (!check_null(instance, eventInfo, 1, __func__) || refresh(instance)) return fmi2Error;
-    double due = next_event(instance);
+    double due = next_solver_event(instance);
     *eventInfo = (fmi2EventInfo){fmi2False, fmi2False, fmi2False, fmi2False, due < NO_EVENT ? fmi2True : fmi2False, due};
     return fmi2OK;
 }

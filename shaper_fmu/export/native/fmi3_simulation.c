@@ -29,7 +29,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
     if (!check_null(self, nextEventTimeDefined, 1, __func__) || !check_null(self, nextEventTime, 1, __func__) || refresh(self))
         return fmi3Error;
     for (int i = 0; i < 4; i++) *never[i] = fmi3False;
-    *nextEventTime = next_event(self);
+    *nextEventTime = next_solver_event(self);
     *nextEventTimeDefined = *nextEventTime < NO_EVENT;
     return fmi3OK;
 }

@@ -134,11 +134,23 @@ Status exit_initialization(Instance *instance, Phase next) {
     return OK;
 }
 
-/* Model exchange between events: values at the trial time, beside the record. */
+static void copy_inputs(unsigned char *to, const unsigned char *from) {
+    for (int k = 0; k < component.inputs; k++) {
+        const Variable *v = &component.variable[component.input[k]];
+        memcpy(to + v->offset, from + v->offset, (size_t)length(v) * (v->kind == REAL ? 8 : 4));
+    }
+}
+
+/* Model exchange between events: values at the trial time, beside the record. They are those from the left where the next
+   event waits, and nowhere else: after an event those from the right. Sampled inputs act as they were at the last event. */
 static Status try_out(Instance *instance) {
-    if (check_inputs(instance, instance->time)) return ERROR;
+    double t = instance->time;
+    int waits = next_event(instance) <= t + 64.0 * 2.220446049250313e-16 * fabs(t);
+    if (check_inputs(instance, t)) return ERROR;
     memcpy(instance->scratch, instance->record, (size_t)component.record_size);
-    if (run_step(instance, instance->scratch, instance->time, 0.0, 1)) return ERROR;
+    if (component.sampled) copy_inputs(instance->scratch, instance->held);
+    if (run_step(instance, instance->scratch, t, 0.0, waits)) return ERROR;
+    if (component.sampled) copy_inputs(instance->scratch, instance->record);
     instance->stale = 0;
     instance->tried = 1;
     return OK;
@@ -197,18 +209,6 @@ Status check_step(Instance *instance, double t, double h) {
     return OK;
 }
 
-static void exchange_inputs(unsigned char *one, unsigned char *other) {
-    for (int k = 0; k < component.inputs; k++) {
-        const Variable *v = &component.variable[component.input[k]];
-        int bytes = length(v) * (v->kind == REAL ? 8 : 4);
-        for (int i = v->offset; i < v->offset + bytes; i++) {
-            unsigned char byte = one[i];
-            one[i] = other[i];
-            other[i] = byte;
-        }
-    }
-}
-
 /* Whether an input that acts only when sampled differs from its last sample. */
 int samples_changed(const Instance *instance) {
     if (!component.sampled || !instance->held) return 0;
@@ -220,12 +220,21 @@ int samples_changed(const Instance *instance) {
     return 0;
 }
 
-/* In model exchange, a component without continuous states is advanced here, with its inputs as they were held. */
+/* Advance the record to the time, with its inputs as they were at the last event where they act only when sampled. */
+static Status advance_held(Instance *instance) {
+    if (component.sampled) {
+        memcpy(instance->scratch, instance->record, (size_t)component.record_size);
+        copy_inputs(instance->record, instance->held);
+    }
+    Status status = advance(instance, instance->record_time, instance->time - instance->record_time, 1);
+    if (component.sampled) copy_inputs(instance->record, instance->scratch);
+    return status;
+}
+
+/* In model exchange, a component without continuous states is advanced here. */
 Status enter_event_mode(Instance *instance) {
     if (instance->phase == CONTINUOUS && !component.states && instance->time > instance->record_time) {
-        if (component.sampled) exchange_inputs(instance->record, instance->held);
-        Status status = advance(instance, instance->record_time, instance->time - instance->record_time, 1);
-        if (component.sampled) exchange_inputs(instance->record, instance->held);
+        Status status = advance_held(instance);
         if (status) return status;
     }
     instance->record_time = instance->time;

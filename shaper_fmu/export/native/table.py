@@ -39,10 +39,10 @@ def component_table(component: type[Component], token: str) -> str:
         "states": ("Scalar", _scalars(variables, [index[name] for name in component.continuous_states or ()], offsets)),
         "messages": ("NumberedText", [f"{{{status}, {_text(text)}}}" for status, text in sorted(component.messages.items())]),
     }
-    event = offsets.get("next_event_time", -1)
+    announced = [str(offsets.get(name, -1)) for name in ("next_event_time", "next_kink_time")]
     fields = [
         _text(component.__name__), _text(token), f"UINT64_C({layout_digest(component)})", str(record_dtype(component).itemsize),
-        str(offsets["left_limits"]), str(event), str(int(component.sampled)), str(int(component.continuous_states is not None)),
+        str(offsets["left_limits"]), *announced, str(int(component.sampled)), str(int(component.continuous_states is not None)),
     ]  # fmt: skip
     counts = {name: str(len(rows)) for name, (_, rows) in arrays.items()}
     counts["results"] = f"{len(results)}, {len(calculated)}"
