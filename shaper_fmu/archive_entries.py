@@ -32,9 +32,13 @@ _METHODS = {zipfile.ZIP_STORED: "store", zipfile.ZIP_DEFLATED: "deflate"}
 
 @dataclass(frozen=True)
 class ArchiveEntry:
-    """A file or folder of an archive: its name, unpacked size [bytes] and checksum, and where its packed bytes lie."""
+    """A file or folder of an archive: its name, unpacked size [bytes] and checksum, and where its packed bytes lie.
+
+    `told_name` is the name as it stands in the archive.
+    """
 
     name: str
+    told_name: str
     is_folder: bool
     size: int
     checksum: int
@@ -68,6 +72,7 @@ def archive_entries(content: bytes, archive: str) -> list[ArchiveEntry]:
     except (OSError, zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError, struct.error) as error:
         raise ArchiveError(f"{archive}: not a readable archive: {error}") from None
     _check_sizes(archive, infos, len(content))
+    infos = [info for info in infos if not _means_nothing(info)]
     for info in infos:
         _check_name(archive, info)
         _check_kind(archive, info)
@@ -99,7 +104,7 @@ def _check_sizes(archive: str, infos: list[zipfile.ZipInfo], packed: int) -> Non
 
 def _check_name(archive: str, info: zipfile.ZipInfo) -> None:
     name = info.orig_filename  # as it is in the file; zipfile cuts it at a NUL
-    if name.startswith(("/", "\\")) or "\\" in name or ":" in name or ".." in name.split("/"):
+    if name.startswith(("/", "\\")) or ":" in name or ".." in _parts(name):
         raise ArchiveError(f"{archive}: entry {name!r} would be written outside the target folder")
     if any(unicodedata.category(letter) in ("Cc", "Cs") for letter in name):
         raise ArchiveError(f"{archive}: entry {name!r} has a control character in its name")
@@ -112,6 +117,13 @@ def _check_name(archive: str, info: zipfile.ZipInfo) -> None:
             raise ArchiveError(f"{archive}: entry {name!r} has a name that no file can have")
         if not part.rstrip(". ") or part.split(".")[0].rstrip().casefold() in _RESERVED:
             raise ArchiveError(f"{archive}: entry {name!r} has a name that means something else on Windows")
+
+
+def _means_nothing(info: zipfile.ZipInfo) -> bool:
+    """Whether an entry is the archive's own folder ("./"), or one of those that macOS adds to archives."""
+    parts = [part for part in _parts(info.orig_filename) if part not in ("", ".")]
+    own = not parts and info.orig_filename.startswith(".") and _is_folder(info)
+    return own or (bool(parts) and (parts[0] == "__MACOSX" or parts[-1] == ".DS_Store"))
 
 
 def _check_kind(archive: str, info: zipfile.ZipInfo) -> None:
@@ -143,12 +155,17 @@ def _check_apart(archive: str, infos: list[zipfile.ZipInfo]) -> None:
 
 
 def _is_folder(info: zipfile.ZipInfo) -> bool:
-    return info.filename.endswith("/")
+    return info.filename.endswith(("/", "\\"))
+
+
+def _parts(name: str) -> list[str]:
+    """The parts of a name. Some tools on Windows write a backslash between them; no file system there has one in a name."""
+    return name.replace("\\", "/").split("/")
 
 
 def _plain(info: zipfile.ZipInfo) -> str:
     """The name without parts that mean nothing ("./a//b" is "a/b"); "" for the folder itself."""
-    return "/".join(part for part in info.filename.split("/") if part not in ("", "."))
+    return "/".join(part for part in _parts(info.filename) if part not in ("", "."))
 
 
 def _folded(name: str) -> str:
@@ -172,7 +189,9 @@ def _entry(content: bytes, archive: str, info: zipfile.ZipInfo) -> ArchiveEntry:
     if differs or own_name != info.orig_filename or method != info.compress_type or (flags ^ info.flag_bits) & 1:
         raise ArchiveError(f"{words} is described in two ways that disagree")
     deflated = info.compress_type == zipfile.ZIP_DEFLATED
-    return ArchiveEntry(_plain(info), _is_folder(info), info.file_size, info.CRC, deflated, begin, begin + info.compress_size)
+    return ArchiveEntry(
+        _plain(info), info.orig_filename, _is_folder(info), info.file_size, info.CRC, deflated, begin, begin + info.compress_size
+    )
 
 
 def _check_overlap(archive: str, infos: list[zipfile.ZipInfo], entries: list[ArchiveEntry], end: int) -> None:

@@ -69,6 +69,12 @@ def read_archive(content: bytes, name: str) -> dict[str, bytes]:
     return files
 
 
+def archive_findings(content: bytes, name: str) -> list[str]:
+    """What is not to the standard in an archive that is read all the same. Raises ArchiveError if it is not."""
+    entries = archive_entries(content, name)
+    return [f"the entry {entry.told_name!r} has a backslash, read as /" for entry in entries if "\\" in entry.told_name]
+
+
 def extract_archive(content: bytes, name: str, folder: Path) -> None:
     """Extract an archive under `folder`, writing nothing outside it. Raises ArchiveError; then nothing of it stays."""
     files = read_archive(content, name)

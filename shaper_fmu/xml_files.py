@@ -16,16 +16,18 @@ class _PrologEnds(Exception):
     """The first element begins."""
 
 
-def parse_xml(content: bytes, name: str) -> etree._Element:
-    """The root element; its elements know their lines.
+def parse_xml(content: bytes, name: str, encoding: str | None = None) -> etree._Element:
+    """The root element; its elements know their lines. An `encoding` counts more than the one that the file tells.
 
     A document type is refused before anything of it is read, since entities are declared in it. libxml2's own limits stay: 256
     levels of elements, 10 million bytes in one text. Raises ArchiveError, which calls the file `name`.
     """
     if len(content) > MOST_BYTES:
         raise ArchiveError(f"{name}: {len(content)} bytes of XML, more than the {MOST_BYTES} that are accepted")
-    _refuse_document_type(content, name)
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, remove_comments=True)
+    _refuse_document_type(content, name, encoding)
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, remove_comments=True, encoding=encoding
+    )
     try:
         root = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
@@ -35,7 +37,7 @@ def parse_xml(content: bytes, name: str) -> etree._Element:
     return root
 
 
-def _refuse_document_type(content: bytes, name: str) -> None:
+def _refuse_document_type(content: bytes, name: str, encoding: str | None) -> None:
     """Read as far as the first element by a parser that stops where a document type begins."""
 
     def declared(*_of_it: object) -> None:
@@ -44,7 +46,7 @@ def _refuse_document_type(content: bytes, name: str) -> None:
     def begun(*_of_it: object) -> None:
         raise _PrologEnds
 
-    parser = expat.ParserCreate()
+    parser = expat.ParserCreate(encoding)
     parser.StartDoctypeDeclHandler = declared
     parser.StartElementHandler = begun
     try:

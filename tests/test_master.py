@@ -10,8 +10,10 @@ import pytest
 from conftest import gain_component
 from scipy.linalg import expm
 
+from plants.mass_spring_damper import MassSpringDamper
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.export.pythonfmu_backend import build_fmu
+from shaper_fmu.export.start_values import with_start_values
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
 from shaper_fmu.master.wiring import instance_order, signal_order
@@ -72,15 +74,21 @@ def test_types_and_units_must_fit(fmus):
         system.connect("profile.position", "plant.force")
 
 
-def test_an_unconnected_input_is_named(fmus):
+def test_an_input_that_nothing_feeds_keeps_the_fmus_own_start_value(tmp_path):
+    """It is not set at all, and named in the notes; a misspelt connection is an error still."""
+    component = with_start_values(MassSpringDamper, {"force": 3.0}, "Pushed")
     system = System()
-    system.add("plant", fmus / "MassSpringDamper.fmu")
-    assert system.check() == ["input plant.force is not connected: connect it, drive it, or give it a start value"]
-    with pytest.raises(ModelError, match=r"input plant\.force is not connected"):
-        system.simulate(1.0, 0.1)
-    system.set("plant.force", 3.0)
+    system.add("plant", build_fmu(component, tmp_path))
     assert system.check() == []
-    assert system.simulate(0.0, 0.1)["plant.acceleration"][0] == 3.0
+    results = system.simulate(0.0, 0.1)
+    assert results["plant.acceleration"][0] == 3.0
+    assert "nothing feeds plant.force: left at the FMU's own start value" in results.notes
+    with pytest.raises(ModelError, match=r"plant\.forze.*has no input 'forze'.*Did you mean 'force'"):
+        system.drive("plant.forze", 1.0)
+    for feed, expected in ((lambda: system.set("plant.force", 5.0), 5.0), (lambda: system.drive("plant.force", 7.0), 7.0)):
+        feed()
+        results = system.simulate(0.0, 0.1)
+        assert (results["plant.acceleration"][0], results.notes) == (expected, ())
 
 
 def test_a_loop_through_a_plant_with_memory_is_no_problem(fmus, tmp_path):

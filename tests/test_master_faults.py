@@ -214,12 +214,6 @@ def test_an_fmu_without_a_usable_library_is_told_and_the_folder_stays(tmp_path, 
         assert os.getcwd() == here
 
 
-def test_a_function_that_the_library_lacks_is_named(tmp_path):
-    incomplete = packed(tmp_path / "incomplete.fmu", 2, library("incomplete2"))
-    with pytest.raises(SimulationError, match=r"^first: incomplete.fmu .*its library lacks a function: .*fmi2GetStringStatus"):
-        chain(incomplete).simulate(STOP, STEP)
-
-
 def test_the_set_up_can_fail():
     system = alone(2, name="setup")
     with pytest.raises(SimulationError, match=r"^setup at initialization: fmi2SetupExperiment failed: set-up goes wrong as told$"):

@@ -106,7 +106,7 @@ COMPONENTS: dict[str, Wrong] = {
             (
                 SSD,
                 PLANT,
-                'component \'plant\': MassSpringDamper.fmu: modelDescription.xml: The unit "slug" of variable "mass" (line 43) is not defined.',
+                'component \'plant\': MassSpringDamper.fmu: modelDescription.xml: The unit "slug" of variable "mass" (line 48) is not defined.',
             ),
         ),
         change=_changed_fmu("MassSpringDamper", _undefined_unit),

@@ -76,7 +76,7 @@ def _has_terminated(instance: Instance) -> bool:
     answer = c_int(0)
     try:
         instance.slave.fmi2GetBooleanStatus(instance.slave.component, fmi2Terminated, byref(answer))
-    except FMICallException:
+    except (FMICallException, SimulationError):  # the latter where the library lacks the function
         return False
     return bool(answer.value)
 

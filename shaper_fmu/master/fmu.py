@@ -6,35 +6,27 @@ import copy
 import functools
 import hashlib
 import math
-import re
 import shutil
 import tempfile
 import weakref
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmpy import read_model_description
-from fmpy.model_description import CoSimulation, Dimension, ModelDescription, ModelVariable, Unit, ValidationError
-from fmpy.validation import validate_fmu
+from fmpy.model_description import CoSimulation, ModelDescription, ModelVariable, Unit
 
-from shaper_fmu.archives import extract_archive, read_file
+from shaper_fmu.archives import archive_findings, extract_archive, read_archive, read_file
 from shaper_fmu.errors import ArchiveError, ModelError, nearest
 from shaper_fmu.master.annotations import declares_readable_after_set
-from shaper_fmu.xml_files import parse_xml
+from shaper_fmu.master.description import read_description
+from shaper_fmu.master.variables import element_variables, typed_value
 
-_TYPES: dict[str, type] = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool, "Float64": float, "Float32": float}
-_RANGES = {"Integer": (-(2**31), 2**31), "Enumeration": (-(2**31), 2**31)}
-for _bits in (8, 16, 32, 64):
-    _TYPES |= {f"Int{_bits}": int, f"UInt{_bits}": int}
-    _RANGES |= {f"Int{_bits}": (-(2 ** (_bits - 1)), 2 ** (_bits - 1)), f"UInt{_bits}": (0, 2**_bits)}
-TRANSFERABLE = ("real", "integer", "boolean", "enumeration")
-"""What `kind_of` tells of variables that a master moves; texts, binaries and clocks stay where they are."""
-_BEARABLE = re.compile(r"unit .* is not defined|is of type \w+ and must have variability != \"continuous\"")
-"""FMPy's findings in model descriptions of others with which an FMU can be run all the same."""
-_OTHER_XML = ("sources/buildDescription.xml", "terminalsAndIcons/terminalsAndIcons.xml")
-_BOOLEANS = {"true": True, "false": False, "1": True, "0": False}
+_DESCRIPTION = "modelDescription.xml"
+
+
+STRUCTURAL = "structuralParameter"
+"""Causality of FMI 3.0's parameters that are set in configuration mode, among them sizes of arrays."""
 
 
 class Fmu:
@@ -48,7 +40,10 @@ class Fmu:
         findings: what is wrong with the description, but does not stop it from being run.
         readable_after_set: whether it says that its outputs may be read between the setting of inputs and the step.
         variables: the variables by name; an array of FMI 3.0 as its elements x[1], x[2], ... (x[1,1], x[1,2], ... in rows).
+        structure: values of structural parameters by name, where they are not the FMU's own.
     """
+
+    _origin: Fmu | None = None
 
     def __init__(self, name: str, content: bytes):
         self.name = name
@@ -56,21 +51,41 @@ class Fmu:
         weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
         extract_archive(content, name, self.folder)
         self.digest = hashlib.sha256(content).hexdigest()
-        self.findings: list[str] = []
-        self.description = _coupled_description(name, self.folder, self.findings)
+        self.description, findings = _coupled_description(name, self.folder)
+        self.findings = [*archive_findings(content, name), *findings]
         self.version = int(str(self.description.fmiVersion)[0])
-        self.variables: dict[str, ModelVariable] = {}
-        self._wholes: dict[str, list[str]] = {}  # an element's name -> names of all elements of its array
-        self._elements: dict[str, list[str]] = {}  # an array's name -> names of its elements
-        for variable in self.description.modelVariables:
-            elements = element_variables(variable)
-            self.variables.update({element.name: element for element in elements})
-            self._elements[str(variable.name)] = [element.name for element in elements]
-            self._wholes.update({element.name: self._elements[str(variable.name)] for element in elements})
+        self.structure: dict[str, int] = {}
+        self._lay_out()
         assert self.description.coSimulation is not None  # checked by _coupled_description
         self.co_simulation: CoSimulation = self.description.coSimulation
         self.readable_after_set = declares_readable_after_set(self.folder, name, self.version)
         self._units = {unit.name: unit for unit in self.description.unitDefinitions}
+
+    def _lay_out(self) -> None:
+        """Variables by name. A name that means several is left out: nobody could tell which of them it moves."""
+        self.variables: dict[str, ModelVariable] = {}
+        self._wholes: dict[str, list[str]] = {}  # an element's name -> names of all elements of its array
+        self._elements: dict[str, list[str]] = {}  # an array's name -> names of its elements
+        owners: dict[str, ModelVariable] = {}
+        doubtful: set[str] = set()
+        for variable in self.description.modelVariables:
+            elements = element_variables(variable, self.structure)
+            names = [str(element.name) for element in elements]
+            for name, element in zip(names, elements, strict=True):
+                owner = owners.setdefault(name, variable)
+                if (owner.valueReference, owner.type, len(owner.dimensions)) != (
+                    variable.valueReference,
+                    variable.type,
+                    len(variable.dimensions),
+                ):
+                    doubtful |= {str(owner.name), str(variable.name)}
+                self.variables.setdefault(name, element)
+            if names:
+                self._elements.setdefault(str(variable.name), names)
+            self._wholes.update(dict.fromkeys(names, names))
+        for name in doubtful:
+            for element in self._elements.pop(name, []):
+                self.variables.pop(element, None)
 
     @property
     def has_event_mode(self) -> bool:
@@ -89,13 +104,13 @@ class Fmu:
 
     def variable(self, name: str, *causalities: str) -> ModelVariable:
         """The variable of this name. Raises ModelError, with the nearest name, if there is none of these causalities."""
-        known = [v.name for v in self.variables.values() if not causalities or v.causality in causalities]
-        if name not in known:
-            what = " or ".join(causalities) or "variable"
-            found = self.variables.get(name)
-            other = f" (it is of causality {found.causality})" if found else ""
-            raise ModelError([f"{self.name} has no {what} {name!r}{other}.{nearest(name, known)}"])
-        return self.variables[name]
+        found = self.variables.get(name)
+        if found is not None and (not causalities or found.causality in causalities):
+            return found
+        known = [str(v.name) for v in self.variables.values() if not causalities or v.causality in causalities]
+        what = " or ".join(causalities) or "variable"
+        other = f" (it is of causality {found.causality})" if found else ""
+        raise ModelError([f"{self.name} has no {what} {name!r}{other}.{nearest(name, known)}"])
 
     def inputs_of(self, output: str) -> list[str]:
         """Names of the inputs that the output depends on without delay; all inputs if the FMU does not tell."""
@@ -108,7 +123,24 @@ class Fmu:
 
     @functools.cached_property
     def _inputs(self) -> list[str]:
-        return [v.name for v in self.variables.values() if v.causality == "input"]
+        return [name for name, variable in self.variables.items() if variable.causality == "input"]
+
+    def with_structure(self, values: Mapping[str, Any]) -> Fmu:
+        """The FMU with these values of structural parameters (FMI 3.0) on top of its own; the sizes of arrays follow.
+
+        Raises ModelError for values that are no sizes, and for arrays too large.
+        """
+        other = copy.copy(self)
+        other._origin = self  # whose folder lasts as long as it
+        for cached in ("_inputs", "_declared_inputs"):
+            other.__dict__.pop(cached, None)
+        given = {name: typed_value(self.variable(name, STRUCTURAL), value, self.name) for name, value in values.items()}
+        wrong = [f"{self.name}: {name} = {value} is no size" for name, value in given.items() if value < 0]
+        if wrong:
+            raise ModelError(wrong)
+        other.structure = {**self.structure, **{name: int(value) for name, value in given.items()}}
+        other._lay_out()
+        return other
 
     @functools.cached_property
     def _declared_inputs(self) -> dict[str, list[str]]:
@@ -117,8 +149,8 @@ class Fmu:
         for unknown in self.description.outputs:
             if unknown.variable is not None and unknown.dependencies is not None:
                 known = [v for v in unknown.dependencies if v.causality == "input"]
-                inputs = [element for v in known for element in self._elements[str(v.name)]]
-                found.update(dict.fromkeys(self._elements[str(unknown.variable.name)], inputs))
+                inputs = [element for v in known for element in self._elements.get(str(v.name), [])]
+                found.update(dict.fromkeys(self._elements.get(str(unknown.variable.name), []), inputs))
         return found
 
     def whole_variables(self, names: Iterable[str]) -> list[tuple[int, list[str]]]:
@@ -171,6 +203,9 @@ class Fmu:
     def _start_value(self, name: str, value: Any) -> float | int | bool:
         if name not in self.variables and f"{name}[1]" in self.variables:
             raise ModelError([f"{self.name}: {name} is an array; give its elements as a sequence, or set {name}[1]"])
+        if self.version == 3 and name in self.variables and self.variables[name].causality == STRUCTURAL:
+            words = "is a structural parameter, which sizes of arrays follow: give it when the FMU is added to a system"
+            raise ModelError([f"{self.name}: {name} {words}"])
         variable = self.variable(name, "input", "parameter")
         return typed_value(variable, value, self.name)
 
@@ -179,61 +214,6 @@ def event_output(fmu: Fmu) -> str | None:
     """The output that announces the FMU's events, by its name; None if there is none."""
     variable: ModelVariable | None = fmu.variables.get("next_event_time")
     return "next_event_time" if variable is not None and variable.causality == "output" else None
-
-
-def element_variables(variable: ModelVariable) -> list[ModelVariable]:
-    """The variable itself, or a copy for each element of an array, with that element's start value."""
-    if not variable.dimensions:
-        return [variable]
-    shape = [_extent(dimension) for dimension in variable.dimensions]
-    starts = str(variable.start).split() if variable.start is not None else []
-    elements = []
-    for i, index in enumerate(np.ndindex(*shape)):
-        element = copy.copy(variable)
-        element.name = f"{variable.name}[{','.join(str(k + 1) for k in index)}]"
-        element.start = starts[i if len(starts) > 1 else 0] if starts else None
-        elements.append(element)
-    return elements
-
-
-def _extent(dimension: Dimension) -> int:
-    if dimension.start is not None:
-        return int(dimension.start)
-    return int(str(dimension.variable.start)) if dimension.variable is not None else 1
-
-
-def kind_of(variable: ModelVariable) -> str:
-    """What a variable's values are: real, integer, boolean, enumeration, or its type in small letters."""
-    if variable.type in ("Enumeration", "Boolean"):
-        return str(variable.type).lower()
-    kind = _TYPES.get(str(variable.type))
-    return "real" if kind is float else "integer" if kind is int else str(variable.type).lower()
-
-
-def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int | bool:
-    """`value`, which may be text, in the variable's type. Raises ModelError."""
-    if variable.type == "Enumeration" and isinstance(value, str) and variable.declaredType is not None:
-        items = {str(item.name): int(str(item.value)) for item in variable.declaredType.items}
-        if value in items:
-            return items[value]
-        if not value.lstrip("-").isdigit():
-            raise ModelError([f"{where}: {value!r} is no {variable.name}.{nearest(value, items)}"])
-    kind = _TYPES.get(str(variable.type))
-    if kind is None:
-        raise ModelError([f"{where}: {variable.name} is of type {variable.type}, which cannot be set"])
-    try:
-        if kind is bool and isinstance(value, str):
-            return _BOOLEANS[value.lower()]
-        if kind is not float and not isinstance(value, int) and float(value) != int(value):
-            raise ValueError
-        if kind is bool and int(value) not in (0, 1):
-            raise ValueError
-        low, high = _RANGES.get(str(variable.type), (-math.inf, math.inf))
-        if kind is int and not low <= int(value) < high:
-            raise ValueError
-        return kind(value)
-    except (ValueError, TypeError, KeyError, OverflowError):
-        raise ModelError([f"{where}: {variable.name} = {value!r} is not of type {variable.type}"]) from None
 
 
 def load_fmu(path: Path | str) -> Fmu:
@@ -249,34 +229,22 @@ def fmu_from_bytes(name: str, content: bytes) -> Fmu:
 
 
 def fmu_problems(path: Path) -> list[str]:
-    """What is wrong with an FMU of any version of FMI. Raises ArchiveError if it cannot be read at all."""
-    with tempfile.TemporaryDirectory() as folder:
-        extract_archive(read_file(path), path.name, Path(folder))
-        _read_description(path.name, Path(folder), [])
-    return validate_fmu(str(path))
+    """What is wrong with an FMU of any version of FMI. Raises ArchiveError if it cannot be read at all, or must not be run."""
+    content = read_file(path)
+    files = read_archive(content, path.name)
+    findings = read_description(_description_of(path.name, files.get(_DESCRIPTION)), path.name)[1]
+    return [*archive_findings(content, path.name), *findings]
 
 
-def _read_description(name: str, folder: Path, findings: list[str]) -> ModelDescription:
-    """The model description; what is wrong with it, but bearable, goes to `findings`. Raises ArchiveError for anything else."""
-    if not (folder / "modelDescription.xml").is_file():
-        raise ArchiveError(f"{name}: no modelDescription.xml, so this is not an FMU")
-    for file in ("modelDescription.xml", *_OTHER_XML):
-        if (folder / file).is_file():
-            parse_xml((folder / file).read_bytes(), f"{name}: {file}")
-    try:
-        try:
-            return read_model_description(str(folder))
-        except ValidationError as error:
-            if not all(_BEARABLE.search(str(problem)) for problem in error.problems):
-                raise
-            findings += map(str, error.problems)
-            return read_model_description(str(folder), validate=False)
-    except Exception as error:  # fmpy raises many kinds
-        raise ArchiveError(f"{name}: modelDescription.xml is not valid: {error}") from error
+def _description_of(name: str, content: bytes | None) -> bytes:
+    if content is None:
+        raise ArchiveError(f"{name}: no {_DESCRIPTION}, so this is not an FMU")
+    return content
 
 
-def _coupled_description(name: str, folder: Path, findings: list[str]) -> ModelDescription:
-    description = _read_description(name, folder, findings)
+def _coupled_description(name: str, folder: Path) -> tuple[ModelDescription, list[str]]:
+    file = folder / _DESCRIPTION
+    description, findings = read_description(_description_of(name, file.read_bytes() if file.is_file() else None), name)
     if str(description.fmiVersion)[:2] not in ("2.", "3.") or description.coSimulation is None:
         raise ModelError([f"{name}: an FMI {description.fmiVersion} FMU; co-simulation FMUs of FMI 2.0 and 3.0 can be coupled"])
-    return description
+    return description, findings

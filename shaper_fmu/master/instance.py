@@ -12,19 +12,19 @@ from typing import Any
 import fmpy
 from fmpy.fmi1 import FMICallException, printLogMessage
 from fmpy.fmi2 import (
-    FMU2Model,
-    FMU2Slave,
     fmi2CallbackAllocateMemoryTYPE,
     fmi2CallbackFreeMemoryTYPE,
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
 )
-from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.logging import addLoggerProxy
 
 from shaper_fmu.errors import ModelError, SimulationError
-from shaper_fmu.master.fmu import Fmu, typed_value
+from shaper_fmu.master.binaries import library_problems
+from shaper_fmu.master.fmu import Fmu
+from shaper_fmu.master.functions import LENIENT, lacking
 from shaper_fmu.master.once import occupy, once_key, vacate
+from shaper_fmu.master.variables import own_start
 
 _FAILED = {
     2: "was refused (Discard)",
@@ -89,7 +89,7 @@ class Instance:
         self.log: deque[str] = deque(maxlen=20)
         self.usable = self.fatal = False
         self.event_mode = event_mode and fmu.has_event_mode
-        self._arrays: dict[int, list[Any]] = {}  # values of FMI 3.0 arrays, which can be set as a whole only
+        self._arrays: dict[tuple[int, str], list[Any]] = {}  # values of FMI 3.0 arrays, which can be set as a whole only
         self._environment = max(_logs, default=0) + 1
         self._once = once_key(fmu, model_exchange)
         self.slave: Any = None
@@ -122,13 +122,20 @@ class Instance:
         if self.fmu.version == 3:
             self._logger = lambda environment, status, category, message: self.log.append(_text(message))
             modes = {} if self._model_exchange else {"eventModeUsed": self.event_mode, "earlyReturnAllowed": self.event_mode}
-            self.slave = (FMU3Model if self._model_exchange else FMU3Slave)(guid=description.instantiationToken, **common)
+            self._load(description.instantiationToken, common)
             self.slave.instantiate(loggingOn=True, logMessage=self._logger, **modes)
         else:
             self._callbacks = fmi2CallbackFunctions.from_buffer_copy(_callbacks)
             self._callbacks.componentEnvironment = self._environment
-            self.slave = (FMU2Model if self._model_exchange else FMU2Slave)(guid=description.guid, **common)
+            self._load(description.guid, common)
             self.slave.instantiate(callbacks=self._callbacks, loggingOn=True)
+
+    def _load(self, token: str | None, common: Mapping[str, str]) -> None:
+        """Load the library. Raises SimulationError if it lacks a function without which nothing can be run."""
+        self.slave = LENIENT[self.fmu.version, self._model_exchange](guid=token, **common)
+        missing = lacking(self.slave, self.fmu.version, self._model_exchange, self.event_mode)
+        if missing:
+            raise SimulationError(f"its library lacks {'a function' if len(missing) == 1 else 'functions'}: {', '.join(missing)}")
 
     def _library(self) -> Path:
         """Where its library for this machine is, or ought to be."""
@@ -138,8 +145,11 @@ class Instance:
         return self.fmu.folder / "binaries" / folder / f"{interface.modelIdentifier}{fmpy.sharedLibraryExtension}"
 
     def _check_library(self, library: Path) -> None:
-        """Raise if the FMU has no library for this machine."""
+        """Raise if the FMU has no library for this machine, or one there is cut off: to load it would end the process."""
         if library.is_file():
+            problems = library_problems(library.parent)
+            if problems:
+                raise SimulationError(f"its library {'; '.join(problems)}; get the FMU again, or export it anew")
             return
         others = sorted(path.parent.name for path in library.parents[1].glob("*/*") if path.stem == library.stem)
         found = f"only for {', '.join(others)}" if others else "nor for any other platform"
@@ -151,8 +161,6 @@ class Instance:
         if words.startswith("Failed to instantiate"):  # the function has returned NULL
             kind = "ModelExchange" if self._model_exchange else "CoSimulation"
             words = f"fmi{self.fmu.version}Instantiate{kind if self.fmu.version == 3 else ''} failed"
-        elif isinstance(error, AttributeError):
-            words = f"its library lacks a function: {words.rpartition(': ')[2]}"
         return "; ".join(line for line in [words, *list(self.log)[-3:]] if line)
 
     def call(self, function: str, *arguments: Any, at: Moment = None) -> None:
@@ -218,9 +226,10 @@ class Instance:
         """The value that an element has been set to, or its start value."""
         variable = self.fmu.variables[name]
         elements = self.fmu.elements_with(name)
-        if variable.valueReference in self._arrays:
-            return self._arrays[variable.valueReference][elements.index(name)]
-        return typed_value(variable, variable.start, self.name) if variable.start is not None else 0
+        key = (variable.valueReference, str(variable.type))
+        if key in self._arrays:
+            return self._arrays[key][elements.index(name)]
+        return own_start(variable, self.name)
 
     def set_values(self, values: Mapping[str, float | int | bool], at: Moment = None) -> None:
         """Set variables by name. Of an FMI 3.0 array, elements that are not given keep what they were set to before."""
@@ -228,7 +237,7 @@ class Instance:
         for reference, elements in self.fmu.whole_variables(values):
             whole = [values[name] if name in values else self.start_value(name) for name in elements]
             if self.fmu.version == 3:
-                self._arrays[reference] = whole
+                self._arrays[reference, str(self.fmu.variables[elements[0]].type)] = whole
             function = f"set{self._type_of(elements[0])}"
             references, flat = groups.setdefault(function, ([], []))
             references.append(reference)

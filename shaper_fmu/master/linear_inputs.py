@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from shaper_fmu.master import layout as of
-from shaper_fmu.master.fmu import kind_of
 from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.variables import kind_of
 from shaper_fmu.master.wiring import Port
 
 _FUNCTION = "fmi2SetRealInputDerivatives"

@@ -1,4 +1,5 @@
-"""What a user should know of a run before its numbers are used: events on the grid, loops, values that come a step late."""
+"""What a user should know of a run before its numbers are used: events on the grid, loops, values that come a step late, open
+inputs, and descriptions of FMUs that are not to the standard."""
 
 from __future__ import annotations
 
@@ -9,7 +10,10 @@ from shaper_fmu.master.events import Treatment
 from shaper_fmu.master.fmu import event_output
 from shaper_fmu.master.loops import loop_text
 from shaper_fmu.master.system import System
+from shaper_fmu.master.variables import TRANSFERABLE, kind_of
 from shaper_fmu.master.wiring import Loop, Port
+
+_LONGEST = 200
 
 
 def coupling_notes(system: System, treatment: Treatment, algorithm: Algorithm, recorded: Collection[Port] = ()) -> tuple[str, ...]:
@@ -69,3 +73,35 @@ def _late_note(system: System, treatment: Treatment, name: str, targets: dict[st
 def _listed(words: list[str], most: int = 4) -> str:
     more = f" and {len(words) - most} more" if len(words) > most else ""
     return "; ".join(words[:most]) + more
+
+
+def system_notes(system: System) -> tuple[str, ...]:
+    """Notes on a system, one for each FMU whose description has findings, and one on all open inputs."""
+    return (*_description_notes(system), *_open_input_notes(system))
+
+
+def _description_notes(system: System) -> list[str]:
+    fmus = {fmu.digest: fmu for fmu in system.fmus.values() if fmu.findings}
+    notes = []
+    for fmu in fmus.values():
+        first = " ".join(fmu.findings[0].split())
+        first = first if len(first) <= _LONGEST else f"{first[:_LONGEST]}..."
+        count = f"{len(fmu.findings)} findings, the first: " if len(fmu.findings) > 1 else ""
+        notes.append(f"{fmu.name} is not to the standard, but can be run ('shaper-fmu check' tells all): {count}{first}")
+    return notes
+
+
+def _open_input_notes(system: System) -> list[str]:
+    fed = {*system.connections, *system.signals}
+    names = [
+        f"{name}.{variable.name}"
+        for name, fmu in system.fmus.items()
+        for variable in fmu.variables.values()
+        if variable.causality == "input"
+        and (name, variable.name) not in fed
+        and variable.name not in system.start_values[name]
+        and kind_of(variable) in TRANSFERABLE
+    ]
+    if not names:
+        return []
+    return [f"nothing feeds {_listed(names)}: left at the FMU's own start value"]

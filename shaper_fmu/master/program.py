@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from shaper_fmu.master import layout as of
-from shaper_fmu.master.fmu import event_output, kind_of
+from shaper_fmu.master.fmu import event_output
 from shaper_fmu.master.guards import causes_of_inputs
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.linear_inputs import LinearInputs, lay_out, linear_inputs
@@ -17,6 +17,7 @@ from shaper_fmu.master.operations import Operations
 from shaper_fmu.master.signals import Table
 from shaper_fmu.master.system import System
 from shaper_fmu.master.transfer_writer import Operation, TransferWriter
+from shaper_fmu.master.variables import kind_of
 from shaper_fmu.master.wiring import Port
 
 

@@ -23,7 +23,7 @@ class Results:
         values: "instance.variable" -> values at those points, each of shape (n,).
         units: "instance.variable" -> unit, "" if it has none.
         display_units: "instance.variable" -> the unit for people, and its factor: shown = value * factor.
-        notes: how events were treated, where not exactly.
+        notes: what a number may rest on: how events were treated, where not exactly, inputs that nothing fed, and the like.
         metrics: the metrics that were asked for, by name.
     """
 

@@ -12,7 +12,7 @@ from fmpy.model_description import ModelVariable
 
 from shaper_fmu.component import time_rounding
 from shaper_fmu.errors import ModelError, SimulationError
-from shaper_fmu.master.fmu import typed_value
+from shaper_fmu.master.variables import typed_value
 
 Signal = Callable[[float], float]
 Interpolation = Literal["hold", "linear"]

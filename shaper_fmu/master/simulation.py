@@ -23,7 +23,7 @@ from shaper_fmu.master.faults import fault_error, warning_notes
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.loops import solve_loops
 from shaper_fmu.master.metrics import Metric, check_metrics, metric_values
-from shaper_fmu.master.notes import coupling_notes
+from shaper_fmu.master.notes import coupling_notes, system_notes
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.signals import Interpolation
@@ -149,7 +149,7 @@ class Simulation:
         self._initialize(program, control, start_values or {}, solver_tolerance)
         controller = self._controller(program, control, tolerance) if tolerance is not None else None
         told = (_told(program.linear_inputs),) if interpolation == "linear" else ()
-        notes = (*coupling_notes(self.system, treatment, algorithm, self._recorded), *told)
+        notes = (*system_notes(self.system), *coupling_notes(self.system, treatment, algorithm, self._recorded), *told)
         return self._stepped(program, control, progress, notes, controller)
 
     def _controller(self, program: Program, control: Any, tolerance: float) -> StepControl:

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 from fmpy.model_description import BaseUnit
 
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
-from shaper_fmu.master.fmu import TRANSFERABLE, Fmu, kind_of, load_fmu
+from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.once import once_problems
 from shaper_fmu.master.signals import Interpolation, Signal, make_signal, typed_signal
+from shaper_fmu.master.variables import TRANSFERABLE, kind_of
 from shaper_fmu.master.wiring import Loop, Port, instance_order, signal_order
 
 if TYPE_CHECKING:
@@ -167,14 +168,6 @@ class System:
     def check(self) -> list[str]:
         """Every problem of the system as a whole, in words; empty if it can run."""
         problems = once_problems(self.fmus) if self.fmus else ["the system has no FMU"]
-        for name, fmu in self.fmus.items():
-            for variable in fmu.variables.values():
-                fed = (name, variable.name) in self.connections or (name, variable.name) in self.signals
-                open_ = variable.causality == "input" and not fed and variable.name not in self.start_values[name]
-                if open_ and kind_of(variable) in TRANSFERABLE:  # texts and the like keep the FMU's own start value
-                    problems.append(
-                        f"input {name}.{variable.name} is not connected: connect it, drive it, or give it a start value"
-                    )
         for loop in self.signal_order()[1]:
             source = self.connections[loop[0]]
             if self._kind(source) != "real":

@@ -70,7 +70,10 @@ class TransferWriter:
         self.size = -(-self.size // 8) * 8
         counts = len(self.references), len(wholes), len(self.places), len(elements)
         handle, version = instance.entry_points()[:2]
-        row = (instance.address(full_name) if calling else 0, handle, version, kind, *counts, self.size)
+        address = instance.address(full_name) if calling else 0
+        if calling and not address:
+            raise ModelError([f"{name}: the library of {instance.fmu.name} lacks the function {full_name}"])
+        row = (address, handle, version, kind, *counts, self.size)
         self.transfers.append(row)
         self.labels.append((name, full_name, elements))
         self.references += [reference for reference, _ in wholes]

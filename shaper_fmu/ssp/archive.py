@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 from shaper_fmu.archives import read_archive, read_file, write_archive
 from shaper_fmu.errors import ArchiveError, BuildError, ModelError, ShaperFmuError, nearest
 from shaper_fmu.export.build import fmu_path
-from shaper_fmu.master.fmu import TRANSFERABLE, Fmu, fmu_from_bytes, kind_of, typed_value
+from shaper_fmu.master.fmu import Fmu, fmu_from_bytes
 from shaper_fmu.master.system import System
 from shaper_fmu.ssp.conversion import IDENTITY
 from shaper_fmu.ssp.document import Component, SystemDescription
@@ -25,7 +25,6 @@ from shaper_fmu.ssp.wires import make_network
 
 SETS = "parameter_sets/"
 """Folder of an archive with parameter sets for the whole system, which are applied on demand."""
-_MOST_NAMED = 5
 
 
 def load_ssp(path: Path | str, variant: str | None = None) -> SspSystem:
@@ -48,7 +47,7 @@ def load_ssp(path: Path | str, variant: str | None = None) -> SspSystem:
     problems += network.problems + settings.problems
     if problems:
         raise ModelError(problems)
-    notes = [*settings.notes, *_renamed(instances), *_keep_open_inputs(system)]
+    notes = [*settings.notes, *_renamed(instances)]
     sets = {name.removeprefix(SETS): files[name] for name in sorted(files) if name.startswith(SETS)}
     digest = hashlib.sha256(content).hexdigest()
     return SspSystem(system, structure, digest, sets, tuple(notes), network=network, instances=instances)
@@ -169,20 +168,6 @@ def _connect(system: System, network: Network, instances: Mapping[str, str]) -> 
             system.connect_raw(start, end, *affine, mapping=mapping)
         except ModelError as error:
             network.problems += [at(last, problem) for problem in error.problems]
-
-
-def _keep_open_inputs(system: System) -> list[str]:
-    """Inputs that nothing feeds keep their start values, as the standard says; a note that names them."""
-    names = []
-    for name, fmu in system.fmus.items():
-        for variable in fmu.variables.values():
-            port = (name, str(variable.name))
-            known = port in system.connections or variable.name in system.start_values[name]
-            if variable.causality == "input" and not known and variable.start is not None and kind_of(variable) in TRANSFERABLE:
-                system.start_values[name][port[1]] = typed_value(variable, variable.start, fmu.name)
-                names.append(".".join(port))
-    shown = ", ".join(names[:_MOST_NAMED]) + (f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else "")
-    return [f"nothing feeds {shown}: kept at the start value"] if names else []
 
 
 def pack_ssp(folder: Path | str, fmus: Path | str, target: Path | str | None = None, platforms: Sequence[str] = ()) -> Path:

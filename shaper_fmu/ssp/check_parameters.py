@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from fmpy.model_description import ModelVariable
 
 from shaper_fmu.errors import ModelError, nearest
-from shaper_fmu.master.fmu import Fmu, typed_value
+from shaper_fmu.master.fmu import Fmu
+from shaper_fmu.master.variables import typed_value
 from shaper_fmu.ssp.check_connections import check_values_fit
 from shaper_fmu.ssp.check_scene import (
     Meaning,
@@ -274,9 +275,6 @@ class _Binding:
         unit = f" {meaning.unit}" if meaning.unit and meaning.unit != "1" else ""
         if not math.isfinite(number):
             self.scene.tell(line, f"{what} = {number} is no finite number", file)
-        elif meaning.items is not None and number not in meaning.items.values():
-            known = ", ".join(f"{name} ({value})" for name, value in meaning.items.items())
-            self.scene.tell(line, f"{what} = {number} is no item of the enumeration: {known}", file)
         elif variable.min is not None and number < float(str(variable.min)):
             self.scene.tell(line, f"{what} = {number:g}{unit} is less than the FMU's minimum {variable.min}{unit}", file)
         elif variable.max is not None and number > float(str(variable.max)):

@@ -13,7 +13,8 @@ import fmpy
 from fmpy.model_description import ModelVariable
 
 from shaper_fmu.errors import ArchiveError, ModelError, nearest
-from shaper_fmu.master.fmu import Fmu, fmu_from_bytes, kind_of
+from shaper_fmu.master.fmu import Fmu, fmu_from_bytes
+from shaper_fmu.master.variables import kind_of
 from shaper_fmu.ssp.document import Component, Connector, ParameterSet, SignalDictionary, SystemDescription
 from shaper_fmu.ssp.document_parts import DataType, Enumeration, Unit
 from shaper_fmu.ssp.names import INTEGER_BITS, REAL_TYPES

@@ -9,8 +9,9 @@ from typing import Any, Literal
 
 from shaper_fmu.archives import write_archive
 from shaper_fmu.errors import ModelError
-from shaper_fmu.master.fmu import TRANSFERABLE, Fmu, kind_of, typed_value
+from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
+from shaper_fmu.master.variables import TRANSFERABLE, kind_of, own_start
 from shaper_fmu.ssp.annotations import OMS_URI, osp_and_oms
 from shaper_fmu.ssp.conversion import IDENTITY, unit_conversion
 from shaper_fmu.ssp.document import (
@@ -196,7 +197,7 @@ def _parameters(fmu: Fmu, values: Mapping[str, float | int | bool], units: dict[
             continue
         name = scalar.rpartition("[")[0]
         if name not in found:
-            whole = {e: values[e] if e in values else typed_value(fmu.variables[e], fmu.variables[e].start, name) for e in elements}
+            whole = {e: values[e] if e in values else own_start(fmu.variables[e], name) for e in elements}
             single = [_parameter(fmu, element, number, units, prefix + name) for element, number in whole.items()]
             found[name] = single[0]
             texts = [str(parameter.value) for parameter in single]

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from shaper_fmu.errors import ModelError
-from shaper_fmu.master.fmu import Fmu, kind_of
+from shaper_fmu.master.fmu import Fmu
+from shaper_fmu.master.variables import kind_of
 from shaper_fmu.ssp.conversion import IDENTITY, Affine, affine_of, after, unit_conversion, value_table
 from shaper_fmu.ssp.document import (
     LinearTransformation,

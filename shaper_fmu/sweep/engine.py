@@ -12,10 +12,10 @@ import msgspec
 
 from shaper_fmu import __version__
 from shaper_fmu.errors import ModelError, StudyError
-from shaper_fmu.master.fmu import typed_value
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
+from shaper_fmu.master.variables import own_start
 from shaper_fmu.ssp.archive import SspSystem, load_ssp
 from shaper_fmu.sweep.engines import Engine, Processes, Serial
 from shaper_fmu.sweep.job import Job
@@ -140,7 +140,7 @@ def _give_start_value(system: System, name: str) -> None:
     instance, variable = system.split(name)
     found = system.fmus[instance].variables.get(variable)
     if found is not None and found.causality == "input" and found.start is not None:
-        system.start_values[instance].setdefault(variable, typed_value(found, found.start, instance))
+        system.start_values[instance].setdefault(variable, own_start(found, instance))
 
 
 def provenance_of(loaded: SspSystem) -> dict[str, Any]:

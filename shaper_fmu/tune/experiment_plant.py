@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from shaper_fmu.errors import ModelError, nearest
-from shaper_fmu.master.fmu import TRANSFERABLE, Fmu, kind_of, load_fmu
+from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
+from shaper_fmu.master.variables import TRANSFERABLE, kind_of, own_start
 
 ALONE = "plant"
 """Name of the instance of an FMU that is given alone."""
@@ -183,8 +184,9 @@ def alone_system(source: Fmu | Path | str, start_values: Mapping[str, Any]) -> S
     system = System(fmu.name)
     system.add(ALONE, fmu, start_values)
     for variable in fmu.variables.values():
-        if variable.causality == "input" and kind_of(variable) in TRANSFERABLE and variable.name not in system.start_values[ALONE]:
-            system.set(f"{ALONE}.{variable.name}", variable.start if variable.start is not None else 0)
+        free = variable.causality == "input" and variable.name not in system.start_values[ALONE]
+        if free and kind_of(variable) in TRANSFERABLE and variable.start is not None:
+            system.start_values[ALONE][str(variable.name)] = own_start(variable, fmu.name)
     return system
 
 

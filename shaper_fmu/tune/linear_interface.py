@@ -11,8 +11,9 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from shaper_fmu.errors import ShaperFmuError, SimulationError
-from shaper_fmu.master.fmu import Fmu, kind_of
+from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.variables import kind_of
 from shaper_fmu.xml_files import parse_xml
 
 _FLAGS = {2: "providesDirectionalDerivative", 3: "providesDirectionalDerivatives"}

@@ -87,6 +87,4 @@ ABSENT(GetString) ABSENT(SetString) ABSENT(GetFMUstate) ABSENT(SetFMUstate) ABSE
 ABSENT(SerializedFMUstateSize) ABSENT(SerializeFMUstate) ABSENT(DeSerializeFMUstate) ABSENT(GetDirectionalDerivative)
 ABSENT(SetRealInputDerivatives) ABSENT(GetRealOutputDerivatives) ABSENT(CancelStep) ABSENT(GetStatus)
 ABSENT(GetRealStatus) ABSENT(GetIntegerStatus)
-#ifndef WITHOUT_STRING_STATUS
 ABSENT(GetStringStatus)
-#endif

@@ -1,0 +1,149 @@
+"""Reading the model descriptions of FMUs: fmpy reads them, after what does no harm has been mended.
+
+A fault that makes no run wrong is a finding; one that would is refused: see `mending.py`.
+"""
+
+from __future__ import annotations
+
+import functools
+import io
+import re
+import zipfile
+from pathlib import Path
+
+import fmpy
+from fmpy import read_model_description
+from fmpy.model_description import ModelDescription
+from fmpy.validation import validate_model_description
+from lxml import etree
+
+from shaper_fmu.errors import ArchiveError
+from shaper_fmu.master.mending import mended
+from shaper_fmu.master.variable_names import wrong_names
+from shaper_fmu.xml_files import parse_xml
+
+_FILE = "modelDescription.xml"
+_ENCODINGS = (("utf-8", "strict"), ("cp1252", "replace"))
+"""Encodings that are tried where a file is not in the one that it tells."""
+_PRERELEASE = re.compile(r"3\.\d.*-(alpha|beta)")
+
+
+def read_description(content: bytes, name: str) -> tuple[ModelDescription, list[str]]:
+    """The description in the bytes of modelDescription.xml of an FMU called `name`, and every finding.
+
+    Raises ArchiveError for what cannot be read, or would make a run wrong or unsafe.
+    """
+    where, findings = f"{name}: {_FILE}", []
+    root = _parsed(content, where, findings)
+    version = _version(root, where, findings)
+    findings += _schema_findings(root, version)
+    findings += mended(root, int(version[0]), where)
+    try:
+        description = read_model_description(_as_archive(root), validate=False)  # pyright: ignore[reportArgumentType]
+    except Exception as error:  # fmpy raises many kinds
+        raise ArchiveError(f"{where} is not valid: {error}") from error
+    _tell_lines(description, root)
+    findings += _model_findings(description)
+    return description, list(dict.fromkeys(findings))
+
+
+def _parsed(content: bytes, where: str, findings: list[str]) -> etree._Element:
+    """The root element. White space before the beginning, and an encoding that is not the one told, do no harm."""
+    begin = content.lstrip(b" \t\r\n")
+    if begin != content:
+        findings.append("white space before the XML declaration")
+    try:
+        root = parse_xml(begin, where)
+    except ArchiveError as first:
+        for encoding, undefined in _ENCODINGS:
+            try:
+                root = parse_xml(begin.decode(encoding, undefined).encode("utf-8"), where, "utf-8")
+            except (ArchiveError, UnicodeDecodeError):
+                continue
+            findings.append(f"it is not in the encoding that it tells; read as {encoding}")
+            break
+        else:
+            raise first
+    if root.tag != "fmiModelDescription":
+        raise ArchiveError(f"{where}: its root element is {root.tag!r}, not 'fmiModelDescription'")
+    return root
+
+
+def _version(root: etree._Element, where: str, findings: list[str]) -> str:
+    """The version of FMI. Raises ArchiveError for one that is none, or a draft with functions of other forms."""
+    told = str(root.get("fmiVersion", "")).strip()
+    if _PRERELEASE.match(told):
+        raise ArchiveError(f"{where}: fmiVersion {told!r} is a draft, whose functions are not those of FMI 3.0; it is not read")
+    version = told if told[:2] == "3." else told[:3]
+    if not re.match(r"1\.0|2\.0|3\.\d", version):
+        raise ArchiveError(f"{where}: fmiVersion is {told!r}; FMI 1.0, 2.0 and 3.0 are read")
+    if version != root.get("fmiVersion"):
+        findings.append(f"fmiVersion {told!r} is read as {version!r}")
+        root.set("fmiVersion", version)
+    return version
+
+
+@functools.cache
+def _schema(version: str) -> etree.XMLSchema:
+    folder = Path(str(fmpy.__file__)).parent / "schema" / f"fmi{version[0]}"
+    return etree.XMLSchema(file=str(next(folder.glob("fmi*ModelDescription.xsd"))))
+
+
+def _schema_findings(root: etree._Element, version: str) -> list[str]:
+    schema = _schema(version[0])
+    if schema.validate(root):
+        return []
+    return [f"{e.level_name} (line {e.line}, column {e.column}): {' '.join(e.message.split())}" for e in schema.error_log]
+
+
+def _as_archive(root: etree._Element) -> io.BytesIO:
+    """The mended description as fmpy takes it: in an archive, here without anything else."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        archive.writestr(_FILE, etree.tostring(root, encoding="utf-8", xml_declaration=True))
+    stream.seek(0)
+    return stream
+
+
+def _tell_lines(description: ModelDescription, root: etree._Element) -> None:
+    """Give variables and unknowns their lines in the file as it was."""
+    variables = root.find("ModelVariables")
+    assert variables is not None  # mended
+    for variable, element in zip(description.modelVariables, variables, strict=False):  # aliases come after
+        variable.sourceline = element.sourceline
+    for variable in description.modelVariables:
+        if variable.alias is not None:
+            variable.sourceline = variable.alias.sourceline
+    kinds = {
+        "outputs": ("Outputs/Unknown", "Output"),
+        "derivatives": ("Derivatives/Unknown", "ContinuousStateDerivative"),
+        "clockedStates": ("ClockedState",),
+        "initialUnknowns": ("InitialUnknowns/Unknown", "InitialUnknown"),
+        "eventIndicators": ("EventIndicator",),
+    }
+    for kind, paths in kinds.items():
+        elements = [element for path in paths for element in root.findall(f"ModelStructure/{path}")]
+        for unknown, element in zip(getattr(description, kind), elements, strict=False):
+            unknown.sourceline = element.sourceline or 0
+
+
+def _model_findings(description: ModelDescription) -> list[str]:
+    """What the schema does not see, by fmpy, but for structured names, for which its parser takes milliseconds each."""
+    flat = description.variableNamingConvention == "flat"
+    findings = _without_display_units(description)
+    findings += validate_model_description(description, validate_variable_names=flat, validate_model_structure=True)
+    return findings + wrong_names(description)
+
+
+def _without_display_units(description: ModelDescription) -> list[str]:
+    """Forget display units of no unit, on which fmpy's validation stops."""
+    units, findings = {unit.name for unit in description.unitDefinitions}, []
+    for variable in description.modelVariables:
+        unit = variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
+        if unit not in units:
+            for shown in (variable, *variable.aliases):
+                if shown.displayUnit is not None:
+                    words = f'The display unit "{shown.displayUnit}" of "{shown.name}" (line {variable.sourceline}) has no unit.'
+                    findings.append(words)
+                    shown.displayUnit = None
+    return findings

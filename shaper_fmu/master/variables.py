@@ -1,0 +1,118 @@
+"""Variables of FMUs: what their values are, and the elements of FMI 3.0's arrays."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from fmpy.model_description import Dimension, ModelVariable
+
+from shaper_fmu.errors import ModelError, nearest
+from shaper_fmu.master.array_sizes import MOST_ELEMENTS
+
+_TYPES: dict[str, type] = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool, "Float64": float, "Float32": float}
+_RANGES = {"Integer": (-(2**31), 2**31), "Enumeration": (-(2**31), 2**31)}
+for _bits in (8, 16, 32, 64):
+    _TYPES |= {f"Int{_bits}": int, f"UInt{_bits}": int}
+    _RANGES |= {f"Int{_bits}": (-(2 ** (_bits - 1)), 2 ** (_bits - 1)), f"UInt{_bits}": (0, 2**_bits)}
+TRANSFERABLE = ("real", "integer", "boolean", "enumeration")
+"""What `kind_of` tells of variables that a master moves; texts, binaries and clocks stay where they are."""
+_MOST_SHOWN = 20
+_BOOLEANS = {"true": True, "false": False, "1": True, "0": False}
+
+
+def element_variables(variable: ModelVariable, sizes: Mapping[str, int] | None = None) -> list[ModelVariable]:
+    """The variable itself, or a copy for each element of an array, with that element's start value, None if it is not told.
+
+    `sizes` are values of structural parameters by name; of an array that they resize, one start value counts for all elements,
+    while several ones were for its old size. Raises ModelError for too many elements.
+    """
+    if not variable.dimensions:
+        return [variable]
+    shape = [_extent(dimension, sizes or {}) for dimension in variable.dimensions]
+    if math.prod(shape) > MOST_ELEMENTS:
+        raise ModelError([f"{variable.name} would have {' x '.join(map(str, shape))} elements, more than {MOST_ELEMENTS}"])
+    starts = str(variable.start).split() if variable.start is not None else []
+    if len(starts) > 1 and shape != [_extent(dimension, {}) for dimension in variable.dimensions]:
+        starts = []
+    elements = []
+    for i, index in enumerate(np.ndindex(*shape)):
+        element = copy.copy(variable)
+        element.name = f"{variable.name}[{','.join(str(k + 1) for k in index)}]"
+        element.start = starts[0] if len(starts) == 1 else starts[i] if i < len(starts) else None
+        elements.append(element)
+    return elements
+
+
+def _extent(dimension: Dimension, sizes: Mapping[str, int]) -> int:
+    if dimension.start is not None:
+        return int(dimension.start)
+    if dimension.variable is None:
+        return 1
+    return sizes.get(str(dimension.variable.name), int(str(dimension.variable.start)))
+
+
+def kind_of(variable: ModelVariable) -> str:
+    """What a variable's values are: real, integer, boolean, enumeration, or its type in small letters."""
+    if variable.type in ("Enumeration", "Boolean"):
+        return str(variable.type).lower()
+    kind = _TYPES.get(str(variable.type))
+    return "real" if kind is float else "integer" if kind is int else str(variable.type).lower()
+
+
+def items_of(variable: ModelVariable) -> dict[str, int]:
+    """The items of an enumeration by name; empty if none are told."""
+    declared = variable.declaredType if variable.type == "Enumeration" else None
+    return {str(item.name): int(str(item.value)) for item in declared.items} if declared is not None else {}
+
+
+def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int | bool:
+    """`value`, which may be text, in the variable's type; of an enumeration an item, by name or number. Raises ModelError."""
+    return _typed(variable, value, where, items_of(variable))
+
+
+def own_start(variable: ModelVariable, where: str) -> float | int | bool:
+    """The start value that the FMU tells, as it is: not every one is an item of its enumeration. Raises ModelError."""
+    if variable.start is None:
+        raise ModelError([f"{where}: {variable.name} has no start value of its own, so it must be given one"])
+    return _typed(variable, variable.start, where, {})
+
+
+def _typed(variable: ModelVariable, value: Any, where: str, items: Mapping[str, int]) -> float | int | bool:
+    if items and isinstance(value, str) and value in items:
+        return items[value]
+    if items and isinstance(value, str) and not value.strip().lstrip("+-").isdigit():
+        raise ModelError([f"{where}: {value!r} is no {variable.name}.{nearest(value, items)}"])
+    kind = _TYPES.get(str(variable.type))
+    if kind is None:
+        raise ModelError([f"{where}: {variable.name} is of type {variable.type}, which cannot be set"])
+    try:
+        typed = _converted(variable, value, kind)
+    except (ValueError, TypeError, KeyError, OverflowError):
+        raise ModelError([f"{where}: {variable.name} = {value!r} is not of type {variable.type}"]) from None
+    if items and typed not in items.values():
+        raise ModelError([f"{where}: {variable.name} = {value} is no item of the enumeration: {shown_items(items)}"])
+    return typed
+
+
+def shown_items(items: Mapping[str, int]) -> str:
+    """The first items of an enumeration with their numbers."""
+    shown = [f"{name} ({number})" for name, number in list(items.items())[:_MOST_SHOWN]]
+    return ", ".join(shown) + (", ..." if len(items) > len(shown) else "")
+
+
+def _converted(variable: ModelVariable, value: Any, kind: type) -> float | int | bool:
+    """Raises ValueError and others for what is not of the type."""
+    if kind is bool and isinstance(value, str):
+        return _BOOLEANS[value.lower()]
+    if kind is not float and not isinstance(value, int) and float(value) != int(value):
+        raise ValueError
+    if kind is bool and int(value) not in (0, 1):
+        raise ValueError
+    low, high = _RANGES.get(str(variable.type), (-math.inf, math.inf))
+    if kind is int and not low <= int(value) < high:
+        raise ValueError
+    return kind(value)
