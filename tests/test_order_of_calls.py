@@ -17,6 +17,9 @@ from shaper_fmu.master.algorithms import ALGORITHMS
 from shaper_fmu.master.batch import Batch, Plan
 from shaper_fmu.master.metrics import Final
 from shaper_fmu.master.simulation import Simulation
+from shaper_fmu.sweep.engine import run_study
+from shaper_fmu.sweep.store import Store
+from shaper_fmu.sweep.study import read_study
 
 STEP = 0.125
 FIXED_STEP = 2  # as `strict`, see fmus/reading.h
@@ -188,6 +191,39 @@ def test_notes_reach_isolated_callers():
     system.signals.clear()
     system.drive("first.u", 1.0)
     assert dataclasses.asdict(system.simulate(1.0, STEP, isolate=True))["notes"] == notes
+
+
+STUDY = """
+name = "chain"
+system = "chain.ssp"
+stop_time = 1.0
+step = 0.125
+
+[vary."first.u"]
+values = [1.0, 2.0]
+
+[compare]
+chain = {}
+
+[metrics.end]
+kind = "final"
+output = "second.x"
+"""
+
+
+def test_a_sweep_gives_these_numbers_and_keeps_the_notes(tmp_path):
+    system = chain((2, False))
+    system.signals.clear()
+    system.set("first.u", 1.0)
+    system.to_ssp(tmp_path / "chain.ssp", stop_time=1.0, step=STEP)
+    (tmp_path / "study.toml").write_text(STUDY)
+    run_study(read_study(tmp_path / "study.toml"), tmp_path / "s.sqlite")
+    with Store(tmp_path / "s.sqlite") as store:
+        ends = [run.metrics["end"] for run in store.runs()]
+        remarks = [remark for remark in store.remarks().values() if "a step late" in remark]
+    unit = np.concatenate([[1.0], 1.0 + lagged(np.ones(8), STEP)[1:]])  # what first.through is for u = 1
+    assert ends == pytest.approx(np.array([1.0, 2.0]) * lagged(unit[:-1], STEP)[-1], rel=1e-14)
+    assert [remark.split(":")[0] for remark in remarks] == ["second"]  # nothing is wired to first.u: its value never changes
 
 
 WHOLE = [

@@ -18,7 +18,6 @@ from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.faults import fault_error
 from shaper_fmu.master.metrics import Metric
-from shaper_fmu.master.notes import coupling_notes
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.signals import Interpolation
 from shaper_fmu.master.simulation import Simulation, ends_whole, number_of_steps
@@ -91,7 +90,6 @@ class Batch:
         if not all(instance.address(f"fmi{instance.fmu.version}Reset") for instance in self.instances.values()):
             raise ModelError(["FMUs whose libraries lack the function to reset them need Simulation.run"])
         program.reset()
-        self.notes = coupling_notes(system, treatment, plan.algorithm)
         self._places = np.array(program.start_places(), np.intp)
         self._base = np.array([float(value) for value in self._ports.values()])
         self.columns = {".".join(port): column for column, port in enumerate(self._ports)}

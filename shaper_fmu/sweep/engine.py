@@ -12,6 +12,8 @@ import msgspec
 
 from shaper_fmu import __version__
 from shaper_fmu.errors import ModelError, StudyError
+from shaper_fmu.master.events import treat_events
+from shaper_fmu.master.notes import coupling_notes, system_notes
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
@@ -42,6 +44,8 @@ def run_study(
     job = job_of(study, loaded)
     engine = engine or Serial()
     with Store(store, study, provenance_of(loaded)) as opened:
+        for i, note in enumerate(_notes_of(loaded, job)):
+            opened.note(f"run {i:03d}", note)
         if retry_failed:
             opened.retry_failed()
         _run_planned(opened, job, engine, progress)
@@ -52,6 +56,12 @@ def run_study(
         if not engine.reuses:
             opened.note("instances", "a reset of these FMUs leaves something behind: every run had fresh instances")
         return opened.counts()
+
+
+def _notes_of(loaded: SspSystem, job: Job) -> tuple[str, ...]:
+    """What a reader should know of each of the runs: what `Simulation.run` tells in its results' notes."""
+    treatment = treat_events(job.system, job.plan.exact)
+    return (*loaded.notes, *system_notes(job.system), *coupling_notes(job.system, treatment, job.plan.algorithm))
 
 
 def _run_planned(opened: Store, job: Job, engine: Engine, progress: Progress | None) -> None:
