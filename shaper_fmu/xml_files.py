@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from xml.parsers import expat
 
 from lxml import etree
@@ -12,12 +14,24 @@ MOST_BYTES = 100_000_000
 """Size of the largest XML file that is parsed; the largest known model descriptions have some tens of millions."""
 
 
+_PREFIX = re.compile(r"Namespace prefix ([\w.-]+) ")
+_ROOT = re.compile(rb"(?s)\A(?:[^<]|<\?.*?\?>|<!--.*?-->)*<[^\s/>]+")
+
+
 class _PrologEnds(Exception):
     """The first element begins."""
 
 
-def parse_xml(content: bytes, name: str, encoding: str | None = None) -> etree._Element:
+def parse_xml(
+    content: bytes,
+    name: str,
+    encoding: str | None = None,
+    prefixes: Mapping[str, str] | None = None,
+    findings: list[str] | None = None,
+) -> etree._Element:
     """The root element; its elements know their lines. An `encoding` counts more than the one that the file tells.
+
+    Prefixes that are not declared stand for the namespaces of `prefixes`, or one of their own; that goes to `findings`.
 
     A document type is refused before anything of it is read, since entities are declared in it. libxml2's own limits stay: 256
     levels of elements, 10 million bytes in one text. Raises ArchiveError, which calls the file `name`.
@@ -31,10 +45,31 @@ def parse_xml(content: bytes, name: str, encoding: str | None = None) -> etree._
     try:
         root = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
-        raise ArchiveError(f"{name}: not well-formed: {error.msg}") from None
+        undeclared = _undeclared_prefixes(parser)
+        if not undeclared or prefixes is None:
+            raise ArchiveError(f"{name}: not well-formed: {error.msg}") from None
+        told = [f"line {line}: the prefix {prefix!r} is not declared" for prefix, line in undeclared.items()]
+        declarations = "".join(f' xmlns:{p}="{prefixes.get(p, f"urn:undeclared:{p}")}"' for p in undeclared)
+        root = parse_xml(_declared(content, declarations), name, encoding)
+        if findings is not None:
+            findings += told
     if root.getroottree().docinfo.doctype:  # in an encoding that the other parser cannot read
         raise _document_type(name)
     return root
+
+
+def _undeclared_prefixes(parser: etree.XMLParser) -> dict[str, int]:
+    """The prefixes that are not declared, with their lines; empty if anything else is wrong, too."""
+    errors = [error for error in parser.error_log if error.level >= etree.ErrorLevels.ERROR]
+    if any(error.type != etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE for error in errors):
+        return {}
+    found = ((_PREFIX.match(error.message), error.line) for error in errors)
+    return {match[1]: line for match, line in reversed([(m, n) for m, n in found if m is not None])}
+
+
+def _declared(content: bytes, declarations: str) -> bytes:
+    """The file with declarations in its first element."""
+    return _ROOT.sub(lambda match: match[0] + declarations.encode(), content, count=1)
 
 
 def _refuse_document_type(content: bytes, name: str, encoding: str | None) -> None:

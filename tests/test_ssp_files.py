@@ -153,3 +153,21 @@ def test_settings_of_other_tools_are_found():
     ]
     with pytest.raises(ModelError, match=r"annotation FixedStepMaster: stepSize = '0' is not a number greater than 0"):
         described(oms.replace("0.25", "0")).step_size  # noqa: B018
+
+
+def test_prefixes_that_are_not_declared_mean_what_they_usually_do():
+    """OSP's demo systems do not declare theirs; with a declaration the settings are the same."""
+    annotation = (
+        '<ssd:System name="root"/><ssd:DefaultExperiment stopTime="2"><ssd:Annotations><ssc:Annotation '
+        'type="com.opensimulationplatform"><osp:Algorithm{}><osp:FixedStepAlgorithm baseStepSize="0.25" odd:x="1"/></osp:Algorithm>'
+        "</ssc:Annotation></ssd:Annotations></ssd:DefaultExperiment>"
+    )
+    for root in (ssd(annotation.format("")), b"<!-- <a> -->\n<?x <b?>\n" + ssd(annotation.format(""))):
+        found = read_description(root, "x.ssd")
+        assert [(one.tool, one.step_size) for one in found.settings] == [("OSP", 0.25)]
+        told = schema_problems(root, "x.ssd")
+        line = root.count(b"\n") + 1
+        assert set(told) >= {f"x.ssd, line {line}: the prefix {prefix!r} is not declared" for prefix in ("osp", "odd")}
+    assert schema_problems(ssd(annotation.format("").replace(' odd:x="1"', "").replace("osp:", "")), "x.ssd") == []
+    with pytest.raises(ArchiveError, match="not well-formed"):
+        read_description(ssd(annotation.format("")).replace(b"</ssc:Annotation>", b""), "x.ssd")

@@ -53,7 +53,7 @@ def _parsed(content: bytes, where: str, findings: list[str]) -> etree._Element:
     if begin != content:
         findings.append("white space before the XML declaration")
     try:
-        root = parse_xml(begin, where)
+        root = parse_xml(begin, where, prefixes={}, findings=findings)
     except ArchiveError as first:
         for encoding, undefined in _ENCODINGS:
             try:

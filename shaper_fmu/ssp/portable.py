@@ -28,7 +28,7 @@ from shaper_fmu.ssp.document import (
     SystemElement,
 )
 from shaper_fmu.ssp.document_parts import LinearTransformation
-from shaper_fmu.ssp.names import DESCRIPTION, FMU_TYPE, OSP_URI, PREFIXES, SSD_TYPE, SSP_TYPE, TYPES_1
+from shaper_fmu.ssp.names import DESCRIPTION, FMU_TYPE, OSP_URI, PREFIXES, SSD_TYPE, SSP_TYPE, TYPES_1, USUAL_PREFIXES
 from shaper_fmu.ssp.read import read_description, read_parameter_set
 from shaper_fmu.xml_files import parse_xml
 
@@ -128,7 +128,7 @@ def _plural(effect: str) -> str:
 
 def _of_file(scene: Scene) -> Iterator[Use]:
     """The version, prefixes, annotations and variants."""
-    description, root = scene.description, parse_xml(scene.files[DESCRIPTION], DESCRIPTION)
+    description, root = scene.description, parse_xml(scene.files[DESCRIPTION], DESCRIPTION, prefixes=USUAL_PREFIXES)
     if description.version.startswith("2"):
         yield Use(DESCRIPTION, description.line, "version 2.0")
     prefixes = {prefix: root.nsmap.get(prefix) for prefix in ("ssd", "ssc")}

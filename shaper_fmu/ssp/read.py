@@ -25,7 +25,7 @@ from shaper_fmu.ssp.document import (
     SystemDescription,
     SystemElement,
 )
-from shaper_fmu.ssp.names import DICTIONARY_TYPE, FMU_TYPE, MAPPING_TYPE, SET_TYPE, SSB, SSD, SSM, SSV
+from shaper_fmu.ssp.names import DICTIONARY_TYPE, FMU_TYPE, MAPPING_TYPE, SET_TYPE, SSB, SSD, SSM, SSV, USUAL_PREFIXES
 from shaper_fmu.ssp.read_parts import DIMENSION, TRANSFORMATION_TAGS, TYPE_TAGS, Reader, elements, local, raw
 from shaper_fmu.ssp.read_values import file_fields, parameter_mapping, parameter_set, signal_dictionary
 from shaper_fmu.xml_files import parse_xml
@@ -78,7 +78,7 @@ def read_dictionary(content: bytes, file: str) -> SignalDictionary:
 
 
 def _open(content: bytes, file: str, tag: str, what: str) -> tuple[Reader, etree._Element]:
-    root = parse_xml(content, file)
+    root = parse_xml(content, file, prefixes=USUAL_PREFIXES)
     if root.tag != tag:
         raise ModelError([f"{file}: not an SSP {what} (root {root.tag}; expected {tag})"])
     return Reader(file), root

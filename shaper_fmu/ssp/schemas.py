@@ -12,7 +12,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from shaper_fmu.ssp.names import PREFIXES, VERSIONS
+from shaper_fmu.ssp.names import PREFIXES, USUAL_PREFIXES, VERSIONS
 from shaper_fmu.xml_files import parse_xml
 
 FOLDER = Path(__file__).parent / "schema"
@@ -22,7 +22,8 @@ _NAMES = {f"{{{uri}}}": f"{prefix}:" for prefix, uri in PREFIXES.items()}
 
 def schema_problems(content: bytes, file: str) -> list[str]:
     """Every finding of the schema of the file's version: "file, line N: words". Raises ArchiveError if it is no readable XML."""
-    root = parse_xml(content, file)
+    undeclared: list[str] = []
+    root = parse_xml(content, file, prefixes=USUAL_PREFIXES, findings=undeclared)
     version = root.get("version", "")
     major = version.split(".")[0]
     if major not in {known.split(".")[0] for known in VERSIONS}:
@@ -30,7 +31,8 @@ def schema_problems(content: bytes, file: str) -> list[str]:
         return [f"{file}, line {root.sourceline}: {said}; of the SSP standard, versions {' and '.join(VERSIONS)} are known"]
     schema = _schema(major)
     schema.validate(root)
-    return [f"{file}, line {error.line}: {_words(error.message)}" for error in schema.error_log]
+    told = [f"{file}, {words}" for words in undeclared]
+    return told + [f"{file}, line {error.line}: {_words(error.message)}" for error in schema.error_log]
 
 
 @functools.cache
