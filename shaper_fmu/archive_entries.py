@@ -32,13 +32,9 @@ _METHODS = {zipfile.ZIP_STORED: "store", zipfile.ZIP_DEFLATED: "deflate"}
 
 @dataclass(frozen=True)
 class ArchiveEntry:
-    """A file or folder of an archive: its name, unpacked size [bytes] and checksum, and where its packed bytes lie.
-
-    `told_name` is the name as it stands in the archive.
-    """
+    """A file or folder of an archive: its name, unpacked size [bytes] and checksum, and where its packed bytes lie."""
 
     name: str
-    told_name: str
     is_folder: bool
     size: int
     checksum: int
@@ -72,7 +68,7 @@ def archive_entries(content: bytes, archive: str) -> list[ArchiveEntry]:
     except (OSError, zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError, struct.error) as error:
         raise ArchiveError(f"{archive}: not a readable archive: {error}") from None
     _check_sizes(archive, infos, len(content))
-    infos = [info for info in infos if not _means_nothing(info)]
+    infos = _without_copies([info for info in infos if not _means_nothing(info)])
     for info in infos:
         _check_name(archive, info)
         _check_kind(archive, info)
@@ -124,6 +120,12 @@ def _means_nothing(info: zipfile.ZipInfo) -> bool:
     parts = [part for part in _parts(info.orig_filename) if part not in ("", ".")]
     own = not parts and info.orig_filename.startswith(".") and _is_folder(info)
     return own or (bool(parts) and (parts[0] == "__MACOSX" or parts[-1] == ".DS_Store"))
+
+
+def _without_copies(infos: list[zipfile.ZipInfo]) -> list[zipfile.ZipInfo]:
+    """The entries without those that are there before under the same name and with the same content, by size and checksum."""
+    first = {(info.orig_filename, info.file_size, info.CRC): info for info in reversed(infos) if not _is_folder(info)}
+    return [info for info in infos if first.get((info.orig_filename, info.file_size, info.CRC), info) is info]
 
 
 def _check_kind(archive: str, info: zipfile.ZipInfo) -> None:
@@ -189,9 +191,7 @@ def _entry(content: bytes, archive: str, info: zipfile.ZipInfo) -> ArchiveEntry:
     if differs or own_name != info.orig_filename or method != info.compress_type or (flags ^ info.flag_bits) & 1:
         raise ArchiveError(f"{words} is described in two ways that disagree")
     deflated = info.compress_type == zipfile.ZIP_DEFLATED
-    return ArchiveEntry(
-        _plain(info), info.orig_filename, _is_folder(info), info.file_size, info.CRC, deflated, begin, begin + info.compress_size
-    )
+    return ArchiveEntry(_plain(info), _is_folder(info), info.file_size, info.CRC, deflated, begin, begin + info.compress_size)
 
 
 def _check_overlap(archive: str, infos: list[zipfile.ZipInfo], entries: list[ArchiveEntry], end: int) -> None:

@@ -9,6 +9,7 @@ import shutil
 import stat
 import tempfile
 import zipfile
+from collections import Counter
 from pathlib import Path, PurePosixPath
 
 from shaper_fmu.archive_entries import MOST_BYTES, archive_entries
@@ -71,8 +72,13 @@ def read_archive(content: bytes, name: str) -> dict[str, bytes]:
 
 def archive_findings(content: bytes, name: str) -> list[str]:
     """What is not to the standard in an archive that is read all the same. Raises ArchiveError if it is not."""
-    entries = archive_entries(content, name)
-    return [f"the entry {entry.told_name!r} has a backslash, read as /" for entry in entries if "\\" in entry.told_name]
+    archive_entries(content, name)
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        names = Counter(info.orig_filename for info in archive.infolist() if not info.is_dir())
+    backslashes = [f"the entry {entry!r} has a backslash, read as /" for entry in names if "\\" in entry]
+    return backslashes + [
+        f"the entry {entry!r} is there {count} times, always the same" for entry, count in names.items() if count > 1
+    ]
 
 
 def extract_archive(content: bytes, name: str, folder: Path) -> None:

@@ -12,7 +12,7 @@ from bearable_faults import FAULTS2, FAULTS3
 from faulty_fmus import description2, description3, library, library_path
 
 from shaper_fmu import Simulation, System
-from shaper_fmu.errors import ModelError, SimulationError
+from shaper_fmu.errors import ArchiveError, ModelError, SimulationError
 from shaper_fmu.master.batch import Batch, Plan
 from shaper_fmu.master.fmu import fmu_problems, load_fmu
 from shaper_fmu.master.metrics import Final
@@ -173,3 +173,15 @@ def test_a_missing_function_that_is_called_is_told(version, tmp_path):
             simulation.run(0.2, 0.1)
     with pytest.raises(ModelError, match=r"lack the function to reset them need Simulation\.run"):
         Batch(system, Plan(stop_time=0.2, step=0.1), {"last": Final("x.output")}, [])
+
+
+def test_a_file_that_is_there_twice_with_one_content_is_one(tmp_path, right):
+    path = packed(tmp_path / "other.fmu", 2, described(2))
+    with zipfile.ZipFile(path, "a") as archive, pytest.warns(UserWarning, match="Duplicate name"):
+        archive.writestr("modelDescription.xml", described(2))
+    assert outputs(path)[0] == right[2]
+    assert fmu_problems(path) == ["the entry 'modelDescription.xml' is there 2 times, always the same"]
+    with zipfile.ZipFile(path, "a") as archive, pytest.warns(UserWarning, match="Duplicate name"):
+        archive.writestr("modelDescription.xml", described(2) + " ")
+    with pytest.raises(ArchiveError, match=r"entry 'modelDescription\.xml' is there twice"):
+        fmu_problems(path)
