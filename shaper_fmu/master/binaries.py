@@ -1,14 +1,13 @@
 """The shared libraries of an FMU, looked at before one is loaded: a file cut off would end the process by a bus error.
 
-The headers of ELF (Linux), PE (Windows) and Mach-O (macOS) tell which bytes of the file are mapped into memory. A file that ends
-before them is damaged.
+The headers of ELF (Linux), PE (Windows) and Mach-O (macOS) tell which bytes of the file are mapped into memory, ELF's where its
+list of sections ends, too. A file that ends before is damaged.
 """
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterable, Iterator
 
 _ELF, _FAT = b"\x7fELF", (b"\xca\xfe\xba\xbe", b"\xca\xfe\xba\xbf")
 _MACH = {b"\xfe\xed\xfa\xce": ">", b"\xfe\xed\xfa\xcf": ">", b"\xce\xfa\xed\xfe": "<", b"\xcf\xfa\xed\xfe": "<"}
@@ -16,30 +15,25 @@ _LOAD, _SEGMENT, _SEGMENT_64 = 1, 0x1, 0x19
 _MOST_COMMANDS = 10_000
 
 
-def library_problem(path: Path) -> str | None:
+def library_problem(name: str, content: bytes) -> str | None:
     """Why a shared library cannot be loaded without harm: it ends too early. None if it seems whole, or is no library."""
-    content = path.read_bytes()
     try:
         end = max(_ends(content), default=0)
     except struct.error:  # within the headers themselves
-        return f"{path.name} is damaged: its {len(content)} bytes end within its headers"
+        return f"{name} is damaged: its {len(content)} bytes end within its headers"
     if end > len(content):
-        return f"{path.name} is cut off: it has {len(content)} bytes, but {end} by its headers"
+        return f"{name} is cut off: it has {len(content)} bytes, but {end} by its headers"
     return None
 
 
-def library_problems(folder: Path) -> list[str]:
-    """Problems of all libraries below a folder, in the order of their names, with their paths there."""
-    found = []
-    for path in sorted(folder.rglob("*")) if folder.is_dir() else []:
-        problem = library_problem(path) if path.is_file() else None
-        if problem:
-            found.append(f"{path.parent.relative_to(folder).as_posix()}/{problem}".removeprefix("./"))
-    return found
+def library_problems(files: Iterable[tuple[str, bytes]]) -> list[str]:
+    """Problems of all libraries among files, in the order of their names."""
+    found = (library_problem(name, content) for name, content in sorted(files))
+    return [problem for problem in found if problem is not None]
 
 
 def _ends(content: bytes) -> Iterator[int]:
-    """Where in the file each part that is mapped ends."""
+    """Where in the file each part ends that must be there."""
     if content[:4] == _ELF:
         yield from _elf_ends(content)
     elif content[:2] == b"MZ":
@@ -62,6 +56,9 @@ def _elf_ends(content: bytes) -> Iterator[int]:
             kind, begin, _, _, length = struct.unpack_from(f"{order}5L", content, at)
         if kind == _LOAD:
             yield begin + length
+    sections = struct.unpack_from(f"{order}Q" if wide else f"{order}L", content, 40 if wide else 32)[0]
+    size, count = struct.unpack_from(f"{order}2H", content, 58 if wide else 46)
+    yield sections + size * count if sections else 0  # not mapped, but at the end of every file that is whole
 
 
 def _pe_ends(content: bytes) -> Iterator[int]:

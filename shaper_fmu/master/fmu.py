@@ -19,6 +19,7 @@ from fmpy.model_description import CoSimulation, ModelDescription, ModelVariable
 from shaper_fmu.archives import archive_findings, extract_archive, read_archive, read_file
 from shaper_fmu.errors import ArchiveError, ModelError, nearest
 from shaper_fmu.master.annotations import declares_readable_after_set
+from shaper_fmu.master.binaries import library_problems
 from shaper_fmu.master.description import read_description
 from shaper_fmu.master.variables import element_variables, typed_value
 
@@ -55,6 +56,7 @@ class Fmu:
         self.findings = [*archive_findings(content, name), *findings]
         self.version = int(str(self.description.fmiVersion)[0])
         self.structure: dict[str, int] = {}
+        self._looked_at: dict[Path, list[str]] = {}
         self._lay_out()
         assert self.description.coSimulation is not None  # checked by _coupled_description
         self.co_simulation: CoSimulation = self.description.coSimulation
@@ -120,6 +122,13 @@ class Fmu:
     def declares_inputs_of(self, output: str) -> bool:
         """Whether the FMU tells what the output depends on."""
         return output in self._declared_inputs
+
+    def library_problems(self, folder: Path) -> list[str]:
+        """What is wrong with the libraries in its folder for a platform, one of which needs the others; looked at once."""
+        if folder not in self._looked_at:
+            paths = (path for path in folder.rglob("*") if path.is_file())
+            self._looked_at[folder] = library_problems((p.relative_to(folder).as_posix(), p.read_bytes()) for p in paths)
+        return self._looked_at[folder]
 
     @functools.cached_property
     def _inputs(self) -> list[str]:
@@ -233,7 +242,8 @@ def fmu_problems(path: Path) -> list[str]:
     content = read_file(path)
     files = read_archive(content, path.name)
     findings = read_description(_description_of(path.name, files.get(_DESCRIPTION)), path.name)[1]
-    return [*archive_findings(content, path.name), *findings]
+    binaries = ((name, binary) for name, binary in files.items() if name.startswith("binaries/"))
+    return [*archive_findings(content, path.name), *findings, *library_problems(binaries)]
 
 
 def _description_of(name: str, content: bytes | None) -> bytes:

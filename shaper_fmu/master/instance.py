@@ -20,7 +20,6 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 
 from shaper_fmu.errors import ModelError, SimulationError
-from shaper_fmu.master.binaries import library_problems
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.functions import LENIENT, lacking
 from shaper_fmu.master.once import occupy, once_key, vacate
@@ -147,7 +146,7 @@ class Instance:
     def _check_library(self, library: Path) -> None:
         """Raise if the FMU has no library for this machine, or one there is cut off: to load it would end the process."""
         if library.is_file():
-            problems = library_problems(library.parent)
+            problems = self.fmu.library_problems(library.parent)
             if problems:
                 raise SimulationError(f"its library {'; '.join(problems)}; get the FMU again, or export it anew")
             return
