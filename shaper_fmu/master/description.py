@@ -5,10 +5,13 @@ A fault that makes no run wrong is a finding; one that would is refused: see `me
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import gc
 import io
 import re
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import fmpy
@@ -28,6 +31,19 @@ _ENCODINGS = (("utf-8", "strict"), ("cp1252", "replace"))
 _PRERELEASE = re.compile(r"3\.\d.*-(alpha|beta)")
 
 
+@contextlib.contextmanager
+def _without_collector() -> Iterator[None]:
+    """Without the search for circular garbage, which goes through all of hundreds of thousands of variables again and again."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
+@_without_collector()
 def read_description(content: bytes, name: str) -> tuple[ModelDescription, list[str]]:
     """The description in the bytes of modelDescription.xml of an FMU called `name`, and every finding.
 
