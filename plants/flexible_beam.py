@@ -9,6 +9,8 @@ from shaper_fmu.propagation import oscillator_forcing, oscillator_transition
 
 MODES = 5
 TIP_TOO_HEAVY = 1
+SLOWEST = 1e-9
+"""Frequencies below this [rad/s] count as this for what is told to solvers."""
 
 
 class FlexibleBeam(Component):
@@ -41,18 +43,30 @@ class FlexibleBeam(Component):
     modal_damping = Parameter(0.0, "", "damping ratio of each mode", size=MODES, min=0.0, max=1.0, exclusive="max")
     natural_frequency = Calculated("rad/s", "undamped natural frequency of each mode, moving or not", size=MODES)
     participation = Calculated("", "participation factor of each mode at the tip; all modes together: 1", size=MODES)
-    base_position = Output("m", "position of the base", depends=(), derivative="base_velocity")
+    base_position = Output("m", "position of the base", depends=(), derivative="base_velocity", nominal="usual_base_position")
     tip_deflection = Output("m", "deflection of the tip against the base", depends=(), derivative="tip_deflection_rate")
     tip_position = Output("m", "position of the tip", depends=(), derivative="tip_velocity")
     tip_acceleration = Output("m/s2", "acceleration of the tip, that of the base included", depends=("base_acceleration",))
-    base_velocity = Local("m/s", "speed of the base", derivative="base_velocity_rate")
+    base_velocity = Local("m/s", "speed of the base", derivative="base_velocity_rate", nominal="usual_base_velocity")
     base_velocity_rate = Local("m/s2", "acceleration of the base")
     tip_velocity = Local("m/s", "speed of the tip, that of the base included", derivative="tip_acceleration")
     tip_deflection_rate = Local("m/s", "speed of the tip against the base")
-    modal_deflection = Local("m", "deflection of the tip in each mode", size=MODES, derivative="modal_velocity")
-    modal_velocity = Local("m/s", "speed of the tip against the base in each mode", size=MODES, derivative="modal_acceleration")
+    modal_deflection = Local(
+        "m", "deflection of the tip in each mode", size=MODES, derivative="modal_velocity", nominal="usual_deflection"
+    )
+    modal_velocity = Local(
+        "m/s",
+        "speed of the tip against the base in each mode",
+        size=MODES,
+        derivative="modal_acceleration",
+        nominal="usual_deflection_rate",
+    )
     modal_acceleration = Local("m/s2", "acceleration of the tip against the base in each mode", size=MODES)
 
+    usual_base_position = State(1.0)  # under 0.1 m/s2
+    usual_base_velocity = State(1.0)
+    usual_deflection = State(1.0, size=MODES)
+    usual_deflection_rate = State(1.0, size=MODES)
     base_acceleration_slope = State(0.0)
     known_step = State(-1.0)  # the step that the responses belong to
     transition = State(size=4)
@@ -71,6 +85,11 @@ class FlexibleBeam(Component):
             beta = frequency_parameter(j, ratio)
             self.natural_frequency[j] = beta * beta * scale
             self.participation[j] = participation_factor(beta, ratio)
+            share = 0.1 * abs(self.participation[j])
+            self.usual_deflection_rate[j] = share / max(self.natural_frequency[j], SLOWEST)
+            self.usual_deflection[j] = self.usual_deflection_rate[j] / max(self.natural_frequency[j], SLOWEST)
+        self.usual_base_velocity = 0.1 / max(self.natural_frequency[0], SLOWEST)
+        self.usual_base_position = self.usual_base_velocity / max(self.natural_frequency[0], SLOWEST)
         return 0
 
     def step(self, t, h):

@@ -89,21 +89,28 @@ class HydraulicPendulum(Integrated):
     hydraulic_frequency = Calculated("rad/s", "frequency of slide and rod on the oil's springs at position 0")
     extending_speed = Calculated("m/s", "speed of the unloaded slide at full opening, forwards")
     retracting_speed = Calculated("m/s", "speed of the unloaded slide at full opening, backwards")
-    slide_position = Output("m", "position of the slide", depends=(), derivative="slide_velocity")
-    slide_velocity = Output("m/s", "speed of the slide", depends=(), derivative="slide_acceleration")
+    slide_position = Output("m", "position of the slide", depends=(), derivative="slide_velocity", nominal=0.01)
+    slide_velocity = Output("m/s", "speed of the slide", depends=(), derivative="slide_acceleration", nominal=0.1)
     swing_angle = Output(
         "rad",
         "swing angle, positive when the rod's tip is ahead of the slide",
         depends=(),
         display_unit="deg",
         derivative="swing_rate",
+        nominal=0.01,
     )
-    swing_rate = Output("rad/s", "rate of the swing angle", depends=(), display_unit="deg/s", derivative="swing_acceleration")
+    swing_rate = Output(
+        "rad/s", "rate of the swing angle", depends=(), display_unit="deg/s", derivative="swing_acceleration", nominal=0.1
+    )
     tip_position = Output("m", "horizontal position of the rod's tip", depends=())
     pressure = Output("Pa", "pressures on the piston's and on the rod's side", size=2, depends=())
-    relative_pressure = Local("", "pressures as shares of the supply pressure", size=2, derivative="relative_pressure_rate")
-    pilot_position = Local("", "first lag of the spool, share of the full displacement", derivative="pilot_rate")
-    spool_position = Local("", "spool displacement, share of the full one", derivative="spool_rate")
+    relative_pressure = Local(
+        "", "pressures as shares of the supply pressure", size=2, derivative="relative_pressure_rate", nominal=0.1
+    )
+    pilot_position = Local(
+        "", "first lag of the spool, share of the full displacement", derivative="pilot_rate", nominal="null_opening"
+    )
+    spool_position = Local("", "spool displacement, share of the full one", derivative="spool_rate", nominal="null_opening")
     slide_acceleration = Local("m/s2", "acceleration of the slide")
     swing_acceleration = Local("rad/s2", "acceleration of the swing angle")
     relative_pressure_rate = Local("1/s", "rates of the relative pressures", size=2)

@@ -23,10 +23,12 @@ class MassSpringDamper(Component):
     damping = Parameter(1.0, "N.s/m", "viscous damping", min=0.0)
     natural_frequency = Calculated("rad/s", "undamped natural frequency sqrt(k/m)")
     damping_ratio = Calculated("", "damping ratio c / (2 sqrt(k m))")
-    position = Output("m", "displacement from the spring's rest", depends=(), derivative="velocity")
-    velocity = Output("m/s", "speed", depends=(), derivative="acceleration")
+    position = Output("m", "displacement from the spring's rest", depends=(), derivative="velocity", nominal="usual_position")
+    velocity = Output("m/s", "speed", depends=(), derivative="acceleration", nominal="usual_velocity")
     acceleration = Output("m/s2", "acceleration", depends=("force",))
 
+    usual_position = State(1.0)  # of a force of 1 N
+    usual_velocity = State(1.0)
     force_slope = State(0.0)
     known_step = State(-1.0)  # the step that the transition matrix and the responses belong to
     transition = State(size=4)
@@ -35,6 +37,8 @@ class MassSpringDamper(Component):
 
     def start(self):
         self.natural_frequency = math.sqrt(self.stiffness / self.mass)
+        self.usual_position = 1.0 / self.stiffness
+        self.usual_velocity = self.natural_frequency / self.stiffness
         self.damping_ratio = 0.5 * self.damping / math.sqrt(self.stiffness * self.mass)
 
     def step(self, t, h):

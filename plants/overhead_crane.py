@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from shaper_fmu.component import Calculated, Input, Local, Output, Parameter
+from shaper_fmu.component import Calculated, Input, Local, Output, Parameter, State
 from shaper_fmu.integration import Integrated, integrate
 
 ROPE_SPENT = 1
@@ -28,24 +28,41 @@ class OverheadCrane(Integrated):
     damping_ratio = Parameter(0.0, "", "damping ratio of small swings at the initial rope length", min=0.0)
     gravity = Parameter(9.81, "m/s2", "acceleration of gravity", min=0.0, exclusive=True)
     natural_frequency = Calculated("rad/s", "frequency of small undamped swings at the initial rope length, sqrt(g/l0)")
-    trolley_position = Output("m", "position of the trolley", depends=(), derivative="trolley_speed")
-    rope_length = Output("m", "rope length", depends=(), derivative="rope_speed")
+    trolley_position = Output("m", "position of the trolley", depends=(), derivative="trolley_speed", nominal="usual_position")
+    rope_length = Output("m", "rope length", depends=(), derivative="rope_speed", nominal="initial_rope_length")
     swing_angle = Output(
         "rad",
         "swing angle, positive when the load is ahead of the trolley",
         depends=(),
         display_unit="deg",
         derivative="swing_rate",
+        nominal="usual_angle",
     )
-    swing_rate = Output("rad/s", "rate of the swing angle", depends=(), display_unit="deg/s", derivative="swing_acceleration")
+    swing_rate = Output(
+        "rad/s",
+        "rate of the swing angle",
+        depends=(),
+        display_unit="deg/s",
+        derivative="swing_acceleration",
+        nominal="usual_rate",
+    )
     load_position = Output("m", "horizontal position of the load", depends=())
-    trolley_speed = Local("m/s", "speed of the trolley", derivative="trolley_speed_rate")
+    trolley_speed = Local("m/s", "speed of the trolley", derivative="trolley_speed_rate", nominal="usual_speed")
     trolley_speed_rate = Local("m/s2", "acceleration of the trolley")
     rope_speed = Local("m/s", "speed at which the rope gets longer")
     swing_acceleration = Local("rad/s2", "acceleration of the swing angle")
 
+    usual_position = State(1.0)  # under 0.1 m/s2
+    usual_speed = State(1.0)
+    usual_angle = State(1.0)
+    usual_rate = State(1.0)
+
     def start(self):
         self.natural_frequency = math.sqrt(self.gravity / self.initial_rope_length)
+        self.usual_position = 0.1 * self.initial_rope_length / self.gravity
+        self.usual_angle = 0.1 / self.gravity
+        self.usual_rate = self.usual_angle * self.natural_frequency
+        self.usual_speed = self.usual_rate * self.initial_rope_length
         self.rope_length = self.initial_rope_length
 
     def step(self, t, h):

@@ -43,10 +43,12 @@ class ThreeMassChain(Component):
     damping = Parameter([20.0, 6.0], "N.s/m", "viscous damping beside each spring", size=SPRINGS, min=0.0)
     natural_frequency = Calculated("rad/s", "natural frequencies of the two flexible modes, the lower one first", size=SPRINGS)
     damping_ratio = Calculated("", "damping ratios of the two flexible modes", size=SPRINGS)
-    position = Output("m", "displacement of each mass", size=MASSES, depends=(), derivative="velocity")
-    velocity = Output("m/s", "speed of each mass", size=MASSES, depends=(), derivative="acceleration")
+    position = Output("m", "displacement of each mass", size=MASSES, depends=(), derivative="velocity", nominal="usual_position")
+    velocity = Output("m/s", "speed of each mass", size=MASSES, depends=(), derivative="acceleration", nominal="usual_velocity")
     acceleration = Local("m/s2", "acceleration of each mass", size=MASSES, depends=("force", "disturbance"))
 
+    usual_position = State(1.0, size=MASSES)  # the elongation of the stiffer spring under 1 N
+    usual_velocity = State(1.0, size=MASSES)
     force_slope = State(0.0)
     known_step = State(-1.0)  # the step that the matrices belong to
     speed_scale = State(1.0)  # a power of two that divides the speeds, so that the matrix has the least norm
@@ -59,6 +61,10 @@ class ThreeMassChain(Component):
 
     def start(self):
         find_modes(self)
+        stiffest = max(self.stiffness[0], self.stiffness[1])
+        for i in range(MASSES):
+            self.usual_position[i] = 1.0 / stiffest
+            self.usual_velocity[i] = self.natural_frequency[0] / stiffest
 
     def step(self, t, h):
         if h > 0.0:

@@ -74,12 +74,13 @@ class Variable:
         depends: tuple[str, ...] | None = None,
         derivative: str = "",
         slope: str = "",
+        nominal: float | str | None = None,
     ):
         self.name = ""
         self.causality, self.unit, self.description = causality, unit, description
         self.size, self.min, self.max, self.exclusive = size, min, max, exclusive
         self.tunable, self.display_unit, self.depends = tunable, display_unit, depends
-        self.derivative, self.slope = derivative, slope
+        self.derivative, self.slope, self.nominal = derivative, slope, nominal
         first = start[0] if isinstance(start, list | tuple) else start
         self.kind: type = kind or (type(first) if isinstance(first, enum.IntEnum | bool | int) else float)
         given = list(start) if isinstance(start, list | tuple) else [start] * (size or 1)
@@ -149,7 +150,8 @@ def Input(unit: str, description: str, start: Any = 0.0, **options: Any) -> Vari
 
 def Output(unit: str, description: str, start: Any = 0.0, **options: Any) -> Variable:
     """An output. `depends` names the inputs that act on it without delay (default: all), `derivative` the variable that is
-    its time derivative. Options: kind, size, display_unit."""
+    its time derivative. `nominal` is its usual size, which solvers scale their tolerances by: a number, or the name of a
+    variable of the same size that `start` computes. Options: kind, size, display_unit."""
     return Variable("output", start, unit, description, **options)
 
 
@@ -186,6 +188,7 @@ class Component:
     sampled: ClassVar[bool] = False
     default_stop_time: ClassVar[float] = 10.0
     default_step_size: ClassVar[float] = 0.01
+    default_tolerance: ClassVar[float] = 1e-6
     _real_results: ClassVar[list[Variable]]
     _slopes: ClassVar[frozenset[str]]
     _layout: ClassVar[struct.Struct]

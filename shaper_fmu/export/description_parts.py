@@ -79,9 +79,10 @@ def add_log_categories(root: etree._Element, prefix: str, events: bool) -> None:
 
 
 def add_default_experiment(root: etree._Element, component: type[Component]) -> None:
-    """Start, stop and step size that make sense for the component."""
+    """Start, stop, step size and solver tolerance that make sense for the component."""
     etree.SubElement(root, "DefaultExperiment", {
-        "startTime": "0.0", "stopTime": text(component.default_stop_time), "stepSize": text(component.default_step_size),
+        "startTime": "0.0", "stopTime": text(component.default_stop_time),
+        "tolerance": text(component.default_tolerance), "stepSize": text(component.default_step_size),
     })  # fmt: skip
 
 

@@ -91,10 +91,13 @@ def _add_variables(
     root: etree._Element, component: type[Component], positions: dict[str, list[int]], state_of: dict[str, str]
 ) -> None:
     parent = etree.SubElement(root, "ModelVariables")
+    nominals = structure.nominals(component)
     for variable in structure.visible_variables(component):
         for i, label in enumerate(variable.scalar_names):
             attributes = parts.common_attributes(variable, label, positions[variable.name][i] - 1)
             typed = parts.typed_attributes(variable)
+            if variable.name in nominals:
+                typed["nominal"] = parts.text(nominals[variable.name][i])
             if parts.has_start(variable):
                 typed["start"] = parts.text(variable.starts[i])
             if variable.name in state_of:

@@ -64,6 +64,7 @@ def _type_name(variable: Variable) -> str:
 def _add_variables(root: etree._Element, component: type[Component], references: dict[str, int], state_of: dict[str, str]) -> None:
     """All visible variables, then the time. What is computed can be read in intermediate updates; inputs hold over a step."""
     parent = etree.SubElement(root, "ModelVariables")
+    nominals = structure.nominals(component)
     for variable in structure.visible_variables(component):
         attributes = {
             **parts.common_attributes(variable, variable.name, references[variable.name]),
@@ -71,6 +72,8 @@ def _add_variables(root: etree._Element, component: type[Component], references:
         }
         if variable.causality in ("output", "local"):
             attributes["intermediateUpdate"] = "true"
+        if variable.name in nominals:  # one for all elements: the smallest, which asks most of a solver
+            attributes["nominal"] = parts.text(min(nominals[variable.name]))
         if parts.has_start(variable):
             attributes["start"] = " ".join(map(parts.text, variable.starts))
         if variable.name in state_of:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dis
+import math
+from typing import Any
 
 from shaper_fmu.component import Component, Variable
 from shaper_fmu.errors import BuildError, nearest
@@ -108,6 +110,32 @@ def initial_unknowns(component: type[Component], states: list[tuple[Variable, Va
         for v in component.variables.values()
         if v.causality in ("output", "calculatedParameter") or (v.causality == "local" and v.name in exposed)
     ]
+
+
+def nominals(component: type[Component]) -> dict[str, list[float]]:
+    """Nominal values of the variables that declare one, each element's, with the start values of all parameters.
+
+    Raises BuildError for one that is neither a positive number nor the name of a variable of the same size.
+    """
+    declared = [v for v in component.variables.values() if v.nominal is not None]
+    if not declared:
+        return {}
+    started = component()
+    started.initialize()
+    found: dict[str, list[float]] = {}
+    for variable in declared:
+        where = f"{component.__name__}: the nominal of {variable.name!r}"
+        nominal: Any = variable.nominal
+        if isinstance(nominal, str):
+            other = component.variables.get(nominal)
+            if other is None or other.kind is not float or other.size != variable.size:
+                near = nearest(nominal, component.variables)
+                raise BuildError(f"{where}, {nominal!r}, must be a variable of type float and the same size.{near}")
+            nominal = getattr(started, nominal)
+        found[variable.name] = [float(x) for x in (nominal if isinstance(nominal, list) else [nominal] * (variable.size or 1))]
+        if variable.kind is not float or not all(0.0 < x < math.inf for x in found[variable.name]):
+            raise BuildError(f"{where} is {nominal}; it must be a positive number, and the variable of type float")
+    return found
 
 
 def reads_time(component: type[Component]) -> bool:

@@ -33,6 +33,8 @@ typedef struct {
     int items; /* of an enumeration */
     const NumberedText *item;
     int derivative; /* index of the variable that is its time derivative, or -1 */
+    double nominal; /* usual size, unless a variable holds it: that of this index, or -1 */
+    int nominal_of;
     int slope;      /* of an input: index of the hidden variable that is its time derivative over a step, or -1 */
 } Variable;
 

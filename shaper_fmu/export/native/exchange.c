@@ -54,8 +54,12 @@ Status get_derivatives(Instance *instance, double *dx, size_t n) {
 }
 
 Status get_nominals(Instance *instance, double *x, size_t n) {
-    if (check_count(instance, x, n, "nominal values")) return ERROR;
-    for (size_t i = 0; i < n; i++) x[i] = 1.0;
+    if (check_count(instance, x, n, "nominal values") || refresh(instance)) return ERROR;
+    for (size_t i = 0; i < n; i++) {
+        const Variable *v = state_at(i);
+        x[i] = v->nominal_of < 0 ? v->nominal : *real_at(instance, &component.variable[v->nominal_of], component.state[i].element);
+        if (!(isfinite(x[i]) && x[i] > 0.0)) x[i] = 1.0;
+    }
     return OK;
 }
 

@@ -118,9 +118,16 @@ def _variable(variable: Variable, index: dict[str, int], offsets: dict[str, int]
         f"starts_{variable.name}" if len(set(variable.starts)) > 1 else "0", *bounds,
         _double(variable.min or 0.0), _double(variable.max or 0.0),
         *([str(len(items)), f"items_{variable.name}"] if items else ["0", "0"]),
-        str(index[variable.derivative] if variable.derivative else -1), str(index[variable.slope] if variable.slope else -1),
+        str(index[variable.derivative] if variable.derivative else -1), *_nominal(variable, index),
+        str(index[variable.slope] if variable.slope else -1),
     ]  # fmt: skip
     return "{" + ", ".join(fields) + "}"
+
+
+def _nominal(variable: Variable, index: dict[str, int]) -> list[str]:
+    if isinstance(variable.nominal, str):
+        return [_double(1.0), str(index[variable.nominal])]
+    return [_double(1.0 if variable.nominal is None else variable.nominal), "-1"]
 
 
 def _bound(variable: Variable, side: str, value: float | None) -> str:
