@@ -13,8 +13,12 @@ MOST_ELEMENTS = 1_000_000
 _SIZE = re.compile(r"\s*\+?\d{1,20}\s*")
 
 
-def check_dimensions(root: etree._Element, where: str) -> None:
-    """Raise ArchiveError, beginning with `where`, for an array whose sizes are none, or too large."""
+def check_dimensions(root: etree._Element, where: str) -> list[str]:
+    """Raise ArchiveError, beginning with `where`, for an array whose sizes are none, or too large.
+
+    Returns findings: arrays with other than one start value, or one for each element.
+    """
+    findings: list[str] = []
     arrays = [variable for variable in root.iterfind("ModelVariables/*") if variable.find("Dimension") is not None]
     sizes = {variable.get("valueReference"): variable for variable in root.iterfind("ModelVariables/*")} if arrays else {}
     total = 0
@@ -31,6 +35,10 @@ def check_dimensions(root: etree._Element, where: str) -> None:
         if total > MOST_ELEMENTS:
             shown = " x ".join(str(int(text)) for text in texts)
             raise ArchiveError(f"{what} has {shown} elements; an FMU can have {MOST_ELEMENTS} of arrays in all")
+        starts = len((variable.get("start") or "").split())
+        if starts not in (0, 1, elements):
+            findings.append(f"{what} has {elements} elements but {starts} start values".removeprefix(f"{where}: "))
+    return findings
 
 
 def _size(dimension: etree._Element, variables: dict[str | None, etree._Element], what: str) -> str:

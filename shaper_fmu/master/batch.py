@@ -87,6 +87,8 @@ class Batch:
         program = self._program
         if program.loops or program.signals or program.has_unfed_elements():
             raise ModelError(["loops without delay, inputs given by functions, and partly connected arrays need Simulation.run"])
+        if any(fmu.structure for fmu in system.fmus.values()):
+            raise ModelError(["values of structural parameters, which a reset takes back, need Simulation.run"])
         if not all(instance.address(f"fmi{instance.fmu.version}Reset") for instance in self.instances.values()):
             raise ModelError(["FMUs whose libraries lack the function to reset them need Simulation.run"])
         program.reset()

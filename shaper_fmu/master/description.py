@@ -21,8 +21,9 @@ from fmpy.validation import validate_model_description
 from lxml import etree
 
 from shaper_fmu.errors import ArchiveError
-from shaper_fmu.master.mending import mended
+from shaper_fmu.master.mending import mended, whole
 from shaper_fmu.master.variable_names import wrong_names
+from shaper_fmu.master.variables import items_of
 from shaper_fmu.xml_files import parse_xml
 
 _FILE = "modelDescription.xml"
@@ -148,7 +149,19 @@ def _model_findings(description: ModelDescription) -> list[str]:
     flat = description.variableNamingConvention == "flat"
     findings = _without_display_units(description)
     findings += validate_model_description(description, validate_variable_names=flat, validate_model_structure=True)
-    return findings + wrong_names(description)
+    return findings + _start_findings(description) + wrong_names(description)
+
+
+def _start_findings(description: ModelDescription) -> list[str]:
+    """Start values of enumerations that are no item."""
+    findings = []
+    for variable in description.modelVariables:
+        items = set(items_of(variable).values())
+        wrong = [text for text in str(variable.start or "").split() if items and whole(text) not in items]
+        if wrong:
+            words = f"the start value {wrong[0]} of {variable.name!r} (line {variable.sourceline}) is no item of its enumeration"
+            findings.append(words)
+    return findings
 
 
 def _without_display_units(description: ModelDescription) -> list[str]:

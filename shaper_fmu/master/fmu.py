@@ -55,7 +55,7 @@ class Fmu:
         self.description, findings = _coupled_description(name, self.folder)
         self.findings = [*archive_findings(content, name), *findings]
         self.version = int(str(self.description.fmiVersion)[0])
-        self.structure: dict[str, int] = {}
+        self.structure: dict[str, float | int | bool] = {}
         self._looked_at: dict[Path, list[str]] = {}
         self._lay_out()
         assert self.description.coSimulation is not None  # checked by _coupled_description
@@ -137,19 +137,23 @@ class Fmu:
     def with_structure(self, values: Mapping[str, Any]) -> Fmu:
         """The FMU with these values of structural parameters (FMI 3.0) on top of its own; the sizes of arrays follow.
 
-        Raises ModelError for values that are no sizes, and for arrays too large.
+        Raises ModelError for values that are none of their types, or no sizes, and for arrays too large.
         """
         other = copy.copy(self)
         other._origin = self  # whose folder lasts as long as it
         for cached in ("_inputs", "_declared_inputs"):
             other.__dict__.pop(cached, None)
         given = {name: typed_value(self.variable(name, STRUCTURAL), value, self.name) for name, value in values.items()}
-        wrong = [f"{self.name}: {name} = {value} is no size" for name, value in given.items() if value < 0]
-        if wrong:
-            raise ModelError(wrong)
-        other.structure = {**self.structure, **{name: int(value) for name, value in given.items()}}
+        other.structure = {**self.structure, **given}
         other._lay_out()
         return other
+
+    def split_structure(self, values: Mapping[str, Any]) -> tuple[Fmu, dict[str, Any]]:
+        """The FMU with the structural parameters among these values, and the other values. Raises ModelError."""
+        found = self.variables
+        structure = {name: value for name, value in values.items() if name in found and found[name].causality == STRUCTURAL}
+        rest = {name: value for name, value in values.items() if name not in structure}
+        return (self.with_structure(structure) if structure else self), rest
 
     @functools.cached_property
     def _declared_inputs(self) -> dict[str, list[str]]:
@@ -213,7 +217,9 @@ class Fmu:
         if name not in self.variables and f"{name}[1]" in self.variables:
             raise ModelError([f"{self.name}: {name} is an array; give its elements as a sequence, or set {name}[1]"])
         if self.version == 3 and name in self.variables and self.variables[name].causality == STRUCTURAL:
-            words = "is a structural parameter, which sizes of arrays follow: give it when the FMU is added to a system"
+            words = (
+                "is a structural parameter, which sizes of arrays follow: give it to System.add or System.set, before connections"
+            )
             raise ModelError([f"{self.name}: {name} {words}"])
         variable = self.variable(name, "input", "parameter")
         return typed_value(variable, value, self.name)

@@ -176,6 +176,10 @@ class Instance:
         tolerance = tolerance if tolerance is not None else self.fmu.default_tolerance
         if self.fmu.version == 2:
             self.call("setupExperiment", tolerance, start_time, stop_time, at="initialization")
+        if self.fmu.structure:  # which a reset takes back, too
+            self.call("enterConfigurationMode", at="initialization")
+            self.set_values(self.fmu.structure, "initialization")
+            self.call("exitConfigurationMode", at="initialization")
         self.set_values(values, "initialization")
         experiment = (tolerance, start_time, stop_time) if self.fmu.version == 3 else ()
         self.call("enterInitializationMode", *experiment, at="initialization")

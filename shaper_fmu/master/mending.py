@@ -65,7 +65,7 @@ def mended(root: etree._Element, version: int, where: str) -> list[str]:
     for step in (_mend_root, _mend_interfaces, _mend_units, _mend_types, _mend_variables):
         findings += step(root, version, where)
     if version > 1:
-        check_dimensions(root, where)
+        findings += check_dimensions(root, where)
         findings += mend_structure(root, version, where)
     return findings
 

@@ -60,10 +60,16 @@ def make_signal(source: Any, interpolation: Interpolation, target: str) -> Signa
 
 
 def typed_signal(variable: ModelVariable, signal: Signal, target: str) -> Signal:
-    """The signal with each value in the variable's type; a value that has none, or a failing function, is a SimulationError."""
+    """The signal with each value in the variable's type; a value that has none, or a failing function, is a SimulationError.
+
+    Raises ModelError for a value of a table that has none.
+    """
 
     if isinstance(signal, Table) and variable.type in ("Real", "Float64", "Float32"):
         return signal  # the compiled loop reads it
+    if isinstance(signal, Table):
+        for value in np.unique(signal.values):
+            typed_value(variable, value, target)
 
     def typed(t: float) -> float:
         try:

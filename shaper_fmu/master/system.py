@@ -14,7 +14,7 @@ from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
 from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.once import once_problems
 from shaper_fmu.master.signals import Interpolation, Signal, make_signal, typed_signal
-from shaper_fmu.master.variables import TRANSFERABLE, kind_of
+from shaper_fmu.master.variables import TRANSFERABLE, items_of, kind_of, possible_values, shown_items
 from shaper_fmu.master.wiring import Loop, Port, instance_order, signal_order
 
 if TYPE_CHECKING:
@@ -76,8 +76,8 @@ class System:
         """Add an instance of an FMU, given by its path or loaded, with start values of parameters and inputs.
 
         Values are given by keyword, or in the mapping `start` for names like "natural_frequency[2]"; a sequence sets
-        the first elements of an array; an item of an enumeration may be given by its name. Instances of nested systems have
-        names with dots, like "slide.valve".
+        the first elements of an array; an item of an enumeration may be given by its name. The sizes of FMI 3.0's arrays follow
+        structural parameters. Instances of nested systems have names with dots, like "slide.valve".
         """
         if not _NAME.fullmatch(name):
             words = "letters, digits and _ only, not beginning with a digit (and dots between the names of nested systems)"
@@ -85,14 +85,27 @@ class System:
         if name in self.fmus:
             raise ModelError([f"there is already an instance {name!r}"])
         loaded = fmu if isinstance(fmu, Fmu) else load_fmu(fmu)
-        self.start_values[name] = _prefixed(name, loaded, {**(start or {}), **values})
+        loaded, rest = _structured(name, loaded, {**(start or {}), **values})
+        self.start_values[name] = _prefixed(name, loaded, rest)
         self.fmus[name] = loaded
 
     def set(self, name: str, value: Any) -> None:
         """Change a start value: "instance.variable", for example "crane.initial_rope_length"."""
         self.check_settable(name)
         instance, variable = self.split(name)
-        self.start_values[instance].update(_prefixed(instance, self.fmus[instance], {variable: value}))
+        fmu, rest = _structured(instance, self.fmus[instance], {variable: value})
+        if fmu is not self.fmus[instance]:
+            self._check_kept(name, instance, fmu)
+            self.fmus[instance] = fmu
+        self.start_values[instance].update(_prefixed(instance, fmu, rest))
+
+    def _check_kept(self, name: str, instance: str, fmu: Fmu) -> None:
+        """Raise ModelError if what is connected, driven or set of an instance is not all there with other sizes of arrays."""
+        used = [port for pair in self.connections.items() for port in pair] + [*self.signals, *self.event_outputs]
+        used += [(instance, variable) for variable in self.start_values[instance]]
+        lost = [variable for owner, variable in used if owner == instance and variable not in fmu.variables]
+        if lost:
+            raise ModelError([f"{name}: {instance}.{lost[0]}, which is in use, would not be there; set sizes before"])
 
     def connect(self, source: str, target: str, gain: float = 1.0, offset: float = 0.0) -> None:
         """Connect an output to an input, both as "instance.variable": input = gain * output + offset, in the output's unit.
@@ -121,10 +134,13 @@ class System:
         """
         for source_port, target_port in self._elements(source, target, _SOURCES):
             self._check_free(target_port)
-            if {self._kind(source_port), self._kind(target_port)} != {"integer", "enumeration"}:
+            kinds = {self._kind(source_port), self._kind(target_port)}
+            if not kinds <= {"integer", "enumeration"}:
                 self._check_types(source_port, target_port, (gain, offset) != (1.0, 0.0))
             if mapping and self._kind(target_port) == "real":
                 raise ModelError([f"{source} -> {target}: a mapping of values is not for real numbers"])
+            if self._kind(target_port) == "enumeration":
+                self._check_items(source_port, target_port, mapping or {})
             self.connections[target_port] = source_port
             if (gain, offset) != (1.0, 0.0):
                 self.scalings[target_port] = (gain, offset)
@@ -155,8 +171,20 @@ class System:
             raise ModelError(
                 [f"{'.'.join(source)} is of type {output} but {'.'.join(target)} of type {input_}; they cannot be connected"]
             )
+        if kinds == ["enumeration", "enumeration"]:
+            self._check_items(source, target, {})
         if scaled and kinds[1] != "real":
             raise ModelError([f"{'.'.join(source)} -> {'.'.join(target)}: only real inputs can be given a gain or an offset"])
+
+    def _check_items(self, source: Port, target: Port, mapping: Mapping[int, int]) -> None:
+        """Raise ModelError if the source can have, or a mapping gives, a number that is no item of the target's enumeration."""
+        one, other = (self.fmus[port[0]].variables[port[1]] for port in (source, target))
+        values, items = possible_values(one), items_of(other)
+        given = {*mapping.values(), *(mapping.get(value, value) for value in values)}
+        wrong = sorted(given - set(items.values())) if items else []
+        if wrong:
+            words = f"{'.'.join(source)} -> {'.'.join(target)}: {wrong[0]} is no item of the enumeration: {shown_items(items)}"
+            raise ModelError([f"{words}; a mapping of values is needed"])
 
     def drive(self, target: str, source: Any, interpolation: Interpolation = "hold") -> None:
         """Feed an input from outside: a function of time, a number, or a table (see `make_signal`)."""
@@ -301,6 +329,13 @@ class System:
 
 def _exponents(unit: BaseUnit) -> tuple[int, ...]:
     return tuple(int(getattr(unit, symbol) or 0) for symbol in ("kg", "m", "s", "A", "K", "mol", "cd", "rad"))
+
+
+def _structured(name: str, fmu: Fmu, values: Mapping[str, Any]) -> tuple[Fmu, dict[str, Any]]:
+    try:
+        return fmu.split_structure(values)
+    except ModelError as error:
+        raise ModelError([f"{name}: {problem}" for problem in error.problems]) from None
 
 
 def _prefixed(name: str, fmu: Fmu, values: dict[str, Any]) -> dict[str, float | int | bool]:

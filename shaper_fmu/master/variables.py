@@ -21,10 +21,11 @@ for _bits in (8, 16, 32, 64):
 TRANSFERABLE = ("real", "integer", "boolean", "enumeration")
 """What `kind_of` tells of variables that a master moves; texts, binaries and clocks stay where they are."""
 _MOST_SHOWN = 20
+MOST_VALUES = 4096
 _BOOLEANS = {"true": True, "false": False, "1": True, "0": False}
 
 
-def element_variables(variable: ModelVariable, sizes: Mapping[str, int] | None = None) -> list[ModelVariable]:
+def element_variables(variable: ModelVariable, sizes: Mapping[str, float | int | bool] | None = None) -> list[ModelVariable]:
     """The variable itself, or a copy for each element of an array, with that element's start value, None if it is not told.
 
     `sizes` are values of structural parameters by name; of an array that they resize, one start value counts for all elements,
@@ -47,12 +48,16 @@ def element_variables(variable: ModelVariable, sizes: Mapping[str, int] | None =
     return elements
 
 
-def _extent(dimension: Dimension, sizes: Mapping[str, int]) -> int:
+def _extent(dimension: Dimension, sizes: Mapping[str, float | int | bool]) -> int:
     if dimension.start is not None:
         return int(dimension.start)
     if dimension.variable is None:
         return 1
-    return sizes.get(str(dimension.variable.name), int(str(dimension.variable.start)))
+    name = str(dimension.variable.name)
+    size = int(sizes[name]) if name in sizes else int(str(dimension.variable.start))
+    if size < 0:
+        raise ModelError([f"{name} = {size} is no size of an array: it must not be negative"])
+    return size
 
 
 def kind_of(variable: ModelVariable) -> str:
@@ -67,6 +72,17 @@ def items_of(variable: ModelVariable) -> dict[str, int]:
     """The items of an enumeration by name; empty if none are told."""
     declared = variable.declaredType if variable.type == "Enumeration" else None
     return {str(item.name): int(str(item.value)) for item in declared.items} if declared is not None else {}
+
+
+def possible_values(variable: ModelVariable) -> set[int]:
+    """All values that an enumeration, boolean or integer can have; empty if they are not known, or too many to be looked at."""
+    items = items_of(variable)
+    if items or kind_of(variable) == "boolean":
+        return set(items.values()) or {0, 1}
+    if kind_of(variable) != "integer" or variable.min is None or variable.max is None:
+        return set()
+    low, high = int(str(variable.min)), int(str(variable.max))
+    return set(range(low, high + 1)) if high - low < MOST_VALUES else set()
 
 
 def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int | bool:

@@ -40,6 +40,7 @@ def load_ssp(path: Path | str, variant: str | None = None) -> SspSystem:
     problems = flat.problems
     network = make_network(flat, _load_fmus(flat, problems))
     settings = collect_settings(network, flat.files)
+    _resize(network, settings)
     system = System(structure.name)
     instances = _instance_names(network.fmus)
     _add(system, network, instances, settings)
@@ -133,6 +134,19 @@ def _instance_names(fmus: Iterable[str]) -> dict[str, str]:
 
 def _renamed(instances: Mapping[str, str]) -> list[str]:
     return [f"component {path!r} is called {name} here" for path, name in instances.items() if path != name]
+
+
+def _resize(network: Network, settings: Settings) -> None:
+    """Give components their structural parameters, which sizes of arrays follow; what is wrong goes to the settings' problems."""
+    for (path, variable), setting in list(settings.values.items()):
+        try:
+            fmu, rest = network.fmus[path].split_structure({variable: setting.value})
+        except ModelError as error:
+            settings.problems += [f"{setting.file}, line {setting.line}: {path}: {problem}" for problem in error.problems]
+            continue
+        if not rest:
+            network.fmus[path] = fmu
+            del settings.values[path, variable]
 
 
 def _add(system: System, network: Network, instances: Mapping[str, str], settings: Settings) -> None:

@@ -152,7 +152,7 @@ def _component(
     component = Component(name, _connectors(fmu, units, enumerations), source=source)
     own: dict[str, Unit] = {}
     values = {scalar: value for scalar, value in system.start_values[name].items() if not _is_own_item(fmu, scalar, value)}
-    parameters = _parameters(fmu, values, own, "")
+    parameters = _parameters(fmu, {**fmu.structure, **values}, own, "")
     if parameters:
         path = f"resources/{name}.ssv"
         files[path] = write_parameter_set(_set_of(SET_NAME, parameters, own))

@@ -74,6 +74,7 @@ class SspSystem:
         for path, instance in sorted(self.instances.items(), key=lambda item: -len(item[0])):
             if name.startswith(f"{path}."):
                 self.system.set(f"{instance}.{name.removeprefix(f'{path}.')}", value)
+                self.network.fmus[path] = self.system.fmus[instance]
                 return
         names = known_names(self.network, self.network.flat.places[""])
         element = name.split(".")[0]

@@ -56,7 +56,7 @@ class Network:
     """All wires of a flat system, with the FMUs of its components by path, and what is wrong."""
 
     flat: Flat
-    fmus: Mapping[str, Fmu]
+    fmus: dict[str, Fmu]
     into: dict[Node, Wire] = field(default_factory=dict)
     out_of: dict[Node, list[Wire]] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)

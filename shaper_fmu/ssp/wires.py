@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Literal
 
 from shaper_fmu.errors import nearest
@@ -14,7 +14,7 @@ from shaper_fmu.ssp.network import SOURCES, TARGETS, Network, Node, Wire
 Role = Literal["source", "target", "either"]
 
 
-def make_network(flat: Flat, fmus: Mapping[str, Fmu]) -> Network:
+def make_network(flat: Flat, fmus: dict[str, Fmu]) -> Network:
     """The wires of a flat system. Problems are in the result, with file and line."""
     network = Network(flat, fmus)
     for place in flat.places.values():
