@@ -76,7 +76,7 @@ def _listed(words: list[str], most: int = 4) -> str:
 
 
 def system_notes(system: System) -> tuple[str, ...]:
-    """Notes on a system, one for each FMU whose description has findings, one on all open inputs, and enumerations fed by integers."""
+    """Notes on FMUs whose descriptions have findings, on all open inputs, and on enumerations that integers feed."""
     return (*_description_notes(system), *_open_input_notes(system), *_item_notes(system))
 
 

@@ -68,7 +68,7 @@ def typed_signal(variable: ModelVariable, signal: Signal, target: str) -> Signal
     if isinstance(signal, Table) and variable.type in ("Real", "Float64", "Float32"):
         return signal  # the compiled loop reads it
     if isinstance(signal, Table):
-        for value in np.unique(signal.values):
+        for value in np.unique(signal.values).tolist():
             typed_value(variable, value, target)
 
     def typed(t: float) -> float:
