@@ -12,6 +12,7 @@ from shaper_fmu.export.native.toolchain import build_library, platform_named
 
 NAMES = """
     none null abort hang leave leave_well fail crash_when_freed hang_in_initialization not_a_number killed_once
+    fork fork_and_leave fork_at_start write_anywhere close_all reopen_all
 """
 HARM: Sequence[str] = NAMES.split()  # in the order of the C source
 
@@ -20,18 +21,37 @@ SOURCE = """
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/stat.h>
+#include <fcntl.h>
 #include <unistd.h>
 #include "fmi2TypesPlatform.h"
 #include "fmi2FunctionTypes.h"
 #define EXPORT __attribute__((visibility("default")))
 enum { NONE, NULL_POINTER, ABORT, HANG, LEAVE, LEAVE_WELL, FAIL, CRASH_WHEN_FREED, HANG_IN_INITIALIZATION,
-       NOT_A_NUMBER, KILLED_ONCE };
+       NOT_A_NUMBER, KILLED_ONCE,
+       FORK, FORK_AND_LEAVE, FORK_AT_START, WRITE_ANYWHERE, CLOSE_ALL, REOPEN_ALL };
 
 static double command, sum;
 static int harm, forgetful;
 static volatile int *nowhere;
 
 static void hang(void) { for (;;) sleep(1); }
+
+/* What $HARMFUL_FRAME holds, into every pipe that is not a standard stream. */
+static void write_anywhere(void) {
+    static char bytes[4096];
+    FILE *file = fopen(getenv("HARMFUL_FRAME"), "rb");
+    size_t length = fread(bytes, 1, sizeof bytes, file);
+    fclose(file);
+    for (int i = 3; i < 64; i++) {
+        struct stat status;
+        if (fstat(i, &status) == 0 && S_ISFIFO(status.st_mode))
+            if (write(i, bytes, length) < 0)
+                continue; /* the reading end */
+    }
+}
+
+static void close_all(void) { for (int i = 3; i < 256; i++) close(i); }
 
 EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                                      const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging) {
@@ -43,6 +63,8 @@ EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b
 EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
     if (harm == HANG_IN_INITIALIZATION)
         hang();
+    if (harm == FORK_AT_START)
+        fork();
     return fmi2OK;
 }
 EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return fmi2OK; }
@@ -71,6 +93,8 @@ EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolea
     sum += h * command;
     if (t < 0.5 - 1e-9 || harm == NONE)
         return fmi2OK;
+    if (t > 0.5 + 0.5 * h && harm >= FORK)
+        return fmi2OK; /* those are done once a run */
     fputs("first line\\n", stderr);
     fprintf(stderr, "harm %d now\\n", harm);
     switch (harm) {
@@ -87,6 +111,12 @@ EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolea
     case KILLED_ONCE: /* as by somebody else, the first time that this run is done */
         if (fopen(getenv("HARMFUL_MARK"), "wx"))
             raise(SIGKILL);
+        break;
+    case FORK: fork(); break; /* and both return */
+    case FORK_AND_LEAVE: if (fork() != 0) _exit(0); else break;
+    case WRITE_ANYWHERE: write_anywhere(); break;
+    case CLOSE_ALL: close_all(); break;
+    case REOPEN_ALL: close_all(); while (open("/dev/null", O_RDWR) < 64) ;
     }
     return fmi2OK;
 }

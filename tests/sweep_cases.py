@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 
 from harmful_fmu import HARM
@@ -91,3 +92,14 @@ def runs_of(store: Path) -> list[Run]:
 def content(runs: list[Run]) -> list[tuple]:
     """What does not depend on how the runs were done."""
     return [(r.id, r.compared, tuple(r.varied.items()), r.status, tuple(r.metrics.items()), r.reason) for r in runs]
+
+
+def workers_alive(parent: int) -> list[int]:
+    """Children of a process that are no zombies and have the worker's code on their command line."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            fields = (folder / "stat").read_text().rpartition(")")[2].split()
+            if int(fields[1]) == parent and fields[0] != "Z" and b"sweep.worker" in (folder / "cmdline").read_bytes():
+                found.append(int(folder.name))
+    return found

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 from harmful_fmu import build_harmful
-from sweep_cases import content, crane_study, harmful_study, runs_of
+from sweep_cases import content, crane_study, harmful_study, runs_of, workers_alive
 
 from shaper_fmu.errors import ModelError, StudyError
 from shaper_fmu.sweep.engine import engine_for, job_of, run_study
@@ -125,17 +125,6 @@ def test_workers_do_not_outlive_the_sweep(harmful, tmp_path):
     assert workers_alive(os.getpid()) == []
     with Store(tmp_path / "s.sqlite") as store:
         assert store.counts() == {"done": 8, "planned": 2}
-
-
-def workers_alive(parent: int) -> list[int]:
-    """Children of a process that are no zombies and have the worker's code on their command line."""
-    found = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        with contextlib.suppress(OSError):
-            fields = (folder / "stat").read_text().rpartition(")")[2].split()
-            if int(fields[1]) == parent and fields[0] != "Z" and b"sweep.worker" in (folder / "cmdline").read_bytes():
-                found.append(int(folder.name))
-    return found
 
 
 @contextlib.contextmanager

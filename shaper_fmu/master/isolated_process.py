@@ -24,6 +24,7 @@ from shaper_fmu.master.simulation import Progress
 
 BEGUN, CLOSED = b"begun", b"closed"  # what the child sends beside its answer
 _POLL_SECONDS = 0.1
+_HEAD = b"\x93fm"  # begins every frame; its length follows
 _CHILD = (  # the FMUs' own words on standard output go to standard error, so the channel has the answers alone
     "import os; channel = os.dup(1); os.dup2(2, 1); from shaper_fmu.master.isolated import serve; serve(channel, {window!r})"
 )
@@ -46,6 +47,7 @@ class Child:
     ):
         self._begun = self._killed = False
         self._quiet = quiet
+        self.ended_itself = True  # it has not been killed for what it did to its channel; see `end`
         self._answers: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._sink = sink or self._answers.put
         self._tail = b""
@@ -132,9 +134,13 @@ class Child:
 
     def end(self) -> str:
         """How the process ended, in words."""
-        with suppress(subprocess.TimeoutExpired):
-            self.process.wait(5.0)
+        try:
+            self.process.wait(2.0)
+        except subprocess.TimeoutExpired:
+            self.ended_itself = False
         status = self.kill()
+        if not self.ended_itself:
+            return "its process had closed its channel, or written into it, and was killed"
         if status >= 0:
             return f"its process ended with exit status {status if status < 1 << 16 else hex(status)}"
         name = next((known.name for known in signals_of.Signals if known == -status), f"signal {-status}")
@@ -174,13 +180,19 @@ class Child:
 
 
 def send(channel: int, frame: bytes) -> None:
-    data = memoryview(len(frame).to_bytes(8, "little") + frame)
+    data = memoryview(_HEAD + len(frame).to_bytes(5, "little") + frame)
     while data:
         data = data[os.write(channel, data) :]
 
 
 def read_frame(stream: IO[bytes]) -> bytes | None:
-    """The next frame; None at the end, or if it is not complete."""
-    length = int.from_bytes(stream.read(8), "little")
-    frame = stream.read(length) if length else b""
+    """The next frame; None at the end, if it is not complete, or if it is none: an FMU may write into any file."""
+    head = stream.read(len(_HEAD) + 5)
+    if not head.startswith(_HEAD):
+        return None
+    length = int.from_bytes(head[len(_HEAD) :], "little")
+    try:
+        frame = stream.read(length) if length else b""
+    except MemoryError:  # a length that is none
+        return None
     return frame if frame and len(frame) == length else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import os
 import pickle
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -55,10 +56,14 @@ class Runner:
 
     Whether a reset leaves anything behind is tried with the first two runs that succeed: the first is done again after the
     second, and has to give the same bits. If it does not, every run gets fresh instances (`reuses` is false).
+
+    An FMU that forks and lets the child return has made a second process that would do, and tell, all the rest once more: it
+    ends here, and only the one that was asked goes on.
     """
 
     def __init__(self, job: Job):
         self.job = job
+        self._process = os.getpid()
         self.reuses = True
         self._batch: Batch | None = None
         self._tried: list[tuple[Task, tuple[float, ...]]] = []
@@ -75,6 +80,12 @@ class Runner:
         if self._batch is not None:
             self._batch.close()
             self._batch = None
+            self._end_copy()
+
+    def _end_copy(self) -> None:
+        """End a process that an FMU has made of this one: no buffers flushed twice, nothing told."""
+        if os.getpid() != self._process:
+            os._exit(1)
 
     def outcomes(self, tasks: Sequence[Task], now: int = 0) -> Iterator[list[Outcome]]:
         """Do runs, short ones by the group; what fails is told in the outcome.
@@ -104,6 +115,8 @@ class Runner:
         except BaseException:
             self.close()
             raise
+        finally:
+            self._end_copy()
         self._seconds = max(1e-7, (time.perf_counter() - begin) / len(found))
         if not isinstance(found[-1], tuple):
             self.close()
@@ -123,6 +136,7 @@ class Runner:
                 [*(n for values in self.job.cases.values() for n in _elements(self.job, values)), *self.job.varied]
             )
             self._batch = Batch(self.job.system, self.job.plan, self.job.metrics, list(names))
+            self._end_copy()
         return self._batch
 
     def _runs(self, tasks: Sequence[Task], now: int) -> list[tuple[float, ...] | Exception]:

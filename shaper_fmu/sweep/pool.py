@@ -1,7 +1,8 @@
 """Worker processes of a sweep: fed, listened to, replaced when an FMU has killed one or hangs.
 
 What a killed worker has not told is done again. The run it was at is tried once more in a fresh process; a run that kills a
-second time is quarantined: it counts as failed, with the reason.
+second time is quarantined: it counts as failed, with the reason. A worker whose answers cannot be read, or are to runs that it
+was not asked for, is broken: what it was asked for counts, the rest does not, and it is replaced as if it had been killed.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import queue
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from itertools import islice
 
 import msgspec
 
@@ -27,6 +29,11 @@ _TRIES = 2
 """A run that kills its worker this often is quarantined."""
 
 _MOST_BARREN = 20
+_MOST_STARTS = 5
+"""So many workers in a row may end before they are ready."""
+
+_START_SECONDS = 60.0
+"""What a process may take to load and to compile, beside the time limit of a run [s]."""
 
 Feed = Callable[[int], list[Task]]
 """Gives up to so many tasks; none when there are no more."""
@@ -41,6 +48,10 @@ class _Worker:
     at: int = -1  # the run that it was seen at last
     since: float = 0.0  # when it was first seen there (monotonic clock) [s]
 
+    def run(self) -> int:
+        """The run that it is at now, -1 if none."""
+        return NOW.unpack(self.child.shared())[0] if self.begun else -1
+
 
 class Pool:
     """A number of worker processes for one job. Use it in a with statement: at its end they are gone."""
@@ -53,7 +64,9 @@ class Pool:
         self._seconds = 0.0  # what a run takes, about
         self._again: list[Task] = []  # sent to a worker that is gone
         self._suspects: list[Task] = []  # it was at one of these
+        self._apart: set[int] = set()  # suspects that were given to a worker that has nothing else
         self._barren = 0  # workers that have ended since the last outcome
+        self._unready = 0  # workers that have ended since the last one was ready
         self.reuses = True
 
     def __enter__(self) -> Pool:
@@ -86,26 +99,27 @@ class Pool:
             self._give(self._start(), tasks)
         for number in numbers:
             worker = self._workers[number]
-            if worker.begun and len(worker.open) <= size // 2:
-                tasks = self._next(feed, size)
+            if worker.begun and len(worker.open) <= size // 2 and not self._apart.intersection(islice(worker.open, 1)):
+                tasks = self._next(feed, size, not worker.open)
                 if tasks:
                     self._give(worker, tasks)
 
-    def _next(self, feed: Feed, size: int) -> list[Task]:
-        """Tasks that are to be done again first, suspects last and alone."""
+    def _next(self, feed: Feed, size: int, idle: bool = True) -> list[Task]:
+        """Tasks that are to be done again first, suspects last and alone, by a worker that has nothing else."""
         if self._again:
             tasks, self._again = self._again[:size], self._again[size:]
             return tasks
         tasks = feed(size)
-        if not tasks and self._suspects:
-            return [self._suspects.pop(0)]
+        if not tasks and self._suspects and idle:
+            tasks = [self._suspects.pop(0)]
+            self._apart.add(tasks[0].id)
         return tasks
 
     def _start(self) -> _Worker:
         number = self._started
         self._started += 1
         child = Child(self._job.content, CODE, NOW.size, lambda frame: self._answers.put((number, frame)), quiet=True)
-        worker = self._workers[number] = _Worker(number, child.__enter__())
+        worker = self._workers[number] = _Worker(number, child.__enter__(), since=time.monotonic())
         child.put(self._job.content)
         return worker
 
@@ -123,46 +137,73 @@ class Pool:
         if worker is None:
             return
         if frame == BEGUN:
-            worker.begun = True
+            worker.begun, self._unready = True, 0
         elif frame is None:
-            yield from self._lost(worker, worker.child.end() + worker.child.last_words())
+            end, by_itself = worker.child.end(), worker.child.ended_itself
+            yield from self._lost(worker, end + worker.child.last_words(), by_itself)
         elif frame != CLOSED:
-            outcomes = self._taken(worker, frame)
-            if outcomes:
-                yield outcomes
+            yield from self._taken(worker, frame)
 
-    def _taken(self, worker: _Worker, frame: bytes) -> list[Outcome]:
-        answer = msgspec.msgpack.decode(frame, type=Answer)
-        if answer.error:
+    def _taken(self, worker: _Worker, frame: bytes) -> Iterator[list[Outcome]]:
+        broken = ""
+        try:
+            answer = msgspec.msgpack.decode(frame, type=Answer)
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            answer, broken = Answer(), f"it gave an answer that cannot be read ({error})"
+        if answer.error and not worker.begun:
             raise _error(answer)
         self.reuses = self.reuses and answer.reuses
-        for outcome in answer.outcomes:
-            worker.open.pop(outcome.id, None)
-        if answer.outcomes:
+        outcomes = [one for one in answer.outcomes if self._is_open(worker, one) and worker.open.pop(one.id)]
+        if outcomes:
             self._barren = 0
-            mean = sum(outcome.seconds for outcome in answer.outcomes) / len(answer.outcomes)
+            mean = sum(outcome.seconds for outcome in outcomes) / len(outcomes)
             self._seconds = mean if not self._seconds else 0.5 * (self._seconds + mean)
-        return answer.outcomes
+            yield outcomes
+        if len(outcomes) < len(answer.outcomes):
+            broken = "it answered for runs that it was not asked for, or twice"
+        if broken:
+            yield from self._lost(worker, broken, False)
 
-    def _lost(self, worker: _Worker, end: str) -> Iterator[list[Outcome]]:
-        """A worker has ended: the run it was at is suspect, all others of its open ones are done again."""
-        (at,) = NOW.unpack(worker.child.shared())
+    def _is_open(self, worker: _Worker, outcome: Outcome) -> bool:
+        """Whether this is an answer to what the worker was asked."""
+        told = outcome.reason is not None if outcome.metrics is None else len(outcome.metrics) == len(self._job.metrics)
+        return told and outcome.id in worker.open
+
+    def _lost(self, worker: _Worker, end: str, at_once: bool = True) -> Iterator[list[Outcome]]:
+        """A worker has ended: the run it was at is suspect, all others of its open ones are done again.
+
+        If it has gone on after what it ended for (not `at_once`), all of them are suspect.
+        """
+        at, left = worker.run(), worker.open
         worker.child.__exit__()
         del self._workers[worker.number]
-        if not worker.begun:
-            raise SimulationError(f"a worker ended before its first run: {end}")
-        self._barren += 1
-        if self._barren > _MOST_BARREN:
-            raise SimulationError(f"{self._barren} workers in a row ended before they had done a run, the last one: {end}")
-        suspect = worker.open.pop(at, None)
-        self._again += worker.open.values()
+        self._count_end(worker, end)
+        if not at_once and worker.begun and len(left) > 1:
+            self._suspects += left.values()
+            return
+        suspect = left.pop(at if at_once else next(iter(left), -1), None) if worker.begun else None
+        self._again += left.values()
         if suspect is None:
             return
+        self._barren = 0 if self._seconds else self._barren
         suspect = msgspec.structs.replace(suspect, attempts=suspect.attempts + 1)
         if suspect.attempts >= _TRIES:
-            yield [Outcome(at, None, f"quarantined: it ended its worker {suspect.attempts} times: {end}", 0.0, suspect.attempts)]
+            words = f"quarantined: it ended its worker {suspect.attempts} times: {end}"
+            yield [Outcome(suspect.id, None, words, 0.0, suspect.attempts)]
         else:
             self._suspects.append(suspect)
+
+    def _count_end(self, worker: _Worker, end: str) -> None:
+        """Raise SimulationError if workers end in a row, and nothing comes of it."""
+        self._barren += 1
+        if not worker.begun:
+            self._unready += 1
+        if self._unready >= _MOST_STARTS:
+            if not any(other.begun for other in self._workers.values()):
+                raise SimulationError(f"{self._unready} workers in a row ended before their first run, the last one: {end}")
+            self._count, self._unready = len(self._workers), 0  # there is no room for more: memory, a licence
+        if self._barren > _MOST_BARREN:
+            raise SimulationError(f"{self._barren} workers in a row ended before they had done a run, the last one: {end}")
 
     def _end_orphans(self) -> None:
         """A worker that has ended may leave processes that hold its channel open; without them, its end arrives."""
@@ -176,10 +217,13 @@ class Pool:
         if limit is None:
             return
         for worker in list(self._workers.values()):
-            (at,) = NOW.unpack(worker.child.shared())
+            at = worker.run()
             if at != worker.at:
                 worker.at, worker.since = at, time.monotonic()
-            if not worker.begun or at < 0 or time.monotonic() - worker.since <= limit:
+            spent = time.monotonic() - worker.since
+            if not worker.begun and spent > limit + _START_SECONDS:
+                yield from self._lost(worker, f"it was not ready {limit + _START_SECONDS:g} s after its start")
+            if at < 0 or spent <= limit:
                 continue
             worker.child.__exit__()
             del self._workers[worker.number]

@@ -43,8 +43,31 @@ def tasks_frame(tasks: list[Task]) -> bytes:
     return msgspec.msgpack.encode(tasks)
 
 
-def serve(channel: int, window: str) -> None:
-    """The worker's life: a job, then tasks, until standard input ends."""
+class _Channel:
+    """Where answers go. An FMU may close files that are not its own, and open others in their places."""
+
+    def __init__(self, number: int):
+        self._number = number
+        self._file = self._identity()
+
+    def _identity(self) -> tuple[int, int] | None:
+        try:
+            status = os.fstat(self._number)
+        except OSError:
+            return None
+        return status.st_dev, status.st_ino
+
+    def send(self, frame: bytes) -> None:
+        """Send a frame; ends this process if it would go elsewhere."""
+        if self._identity() != self._file:
+            os.write(2, b"an FMU has closed the channel of its process\n")
+            os._exit(1)
+        send(self._number, frame)
+
+
+def serve(number: int, window: str) -> None:
+    """The worker's life: a job, then tasks, until standard input ends. Answers go to the file of this number."""
+    channel = _Channel(number)
     orders = os.fdopen(os.dup(0), "rb")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     memory = mmap.mmap(-1, NOW.size, tagname=window) if sys.platform == "win32" else mmap.mmap(int(window), NOW.size)
@@ -56,14 +79,14 @@ def serve(channel: int, window: str) -> None:
         runner = Runner(job)
     except Exception as error:
         problems = getattr(error, "problems", [str(error)])
-        send(channel, msgspec.msgpack.encode(Answer(error=type(error).__name__, text=problems)))
+        channel.send(msgspec.msgpack.encode(Answer(error=type(error).__name__, text=problems)))
         return
-    send(channel, BEGUN)
+    channel.send(BEGUN)
     with suppress(OccupiedError):  # this process is used up: what is left is given to another one
         while (frame := work.next()) is not None:
             _do(runner, msgspec.msgpack.decode(frame, type=list[Task]), now, channel)
     runner.close()
-    send(channel, CLOSED)
+    channel.send(CLOSED)
 
 
 class _Inbox:
@@ -96,7 +119,7 @@ class _Inbox:
             return self._frames.pop(0) if self._frames else None
 
 
-def _do(runner: Runner, tasks: list[Task], now: np.ndarray, channel: int) -> None:
+def _do(runner: Runner, tasks: list[Task], now: np.ndarray, channel: _Channel) -> None:
     done: list[Outcome] = []
     last = time.monotonic()
     try:
@@ -111,11 +134,11 @@ def _do(runner: Runner, tasks: list[Task], now: np.ndarray, channel: int) -> Non
     _rest(now, channel, done, runner)
 
 
-def _rest(now: np.ndarray, channel: int, done: list[Outcome], runner: Runner) -> None:
-    """At no run."""
-    now[0] = -1
+def _rest(now: np.ndarray, channel: _Channel, done: list[Outcome], runner: Runner) -> None:
+    """At no run, once all is told: what ends the process before is the last run's doing."""
     _send(channel, done, runner)
+    now[0] = -1
 
 
-def _send(channel: int, outcomes: list[Outcome], runner: Runner) -> None:
-    send(channel, msgspec.msgpack.encode(Answer(outcomes, reuses=runner.reuses)))
+def _send(channel: _Channel, outcomes: list[Outcome], runner: Runner) -> None:
+    channel.send(msgspec.msgpack.encode(Answer(outcomes, reuses=runner.reuses)))
