@@ -33,7 +33,7 @@ _PRERELEASE = re.compile(r"3\.\d.*-(alpha|beta)")
 
 
 @contextlib.contextmanager
-def _without_collector() -> Iterator[None]:
+def without_collector() -> Iterator[None]:
     """Without the search for circular garbage, which goes through all of hundreds of thousands of variables again and again."""
     was_on = gc.isenabled()
     gc.disable()
@@ -44,7 +44,7 @@ def _without_collector() -> Iterator[None]:
             gc.enable()
 
 
-@_without_collector()
+@without_collector()
 def read_description(content: bytes, name: str) -> tuple[ModelDescription, list[str]]:
     """The description in the bytes of modelDescription.xml of an FMU called `name`, and every finding.
 

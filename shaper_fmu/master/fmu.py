@@ -20,10 +20,11 @@ from shaper_fmu.archives import archive_findings, extract_archive, read_archive,
 from shaper_fmu.errors import ArchiveError, ModelError, nearest
 from shaper_fmu.master.annotations import declares_readable_after_set
 from shaper_fmu.master.binaries import library_problems
-from shaper_fmu.master.description import read_description
+from shaper_fmu.master.description import read_description, without_collector
 from shaper_fmu.master.variables import element_variables, typed_value
 
 _DESCRIPTION = "modelDescription.xml"
+_MANY = 10_000
 
 
 STRUCTURAL = "structuralParameter"
@@ -63,6 +64,7 @@ class Fmu:
         self.readable_after_set = declares_readable_after_set(self.folder, name, self.version)
         self._units = {unit.name: unit for unit in self.description.unitDefinitions}
 
+    @without_collector()
     def _lay_out(self) -> None:
         """Variables by name. A name that means several is left out: nobody could tell which of them it moves."""
         self.variables: dict[str, ModelVariable] = {}
@@ -110,6 +112,8 @@ class Fmu:
         if found is not None and (not causalities or found.causality in causalities):
             return found
         known = [str(v.name) for v in self.variables.values() if not causalities or v.causality in causalities]
+        if len(known) > _MANY:  # to compare all of them would take seconds
+            known = [other for other in known if abs(len(other) - len(name)) <= 2 and other[:1] == name[:1]][:_MANY]
         what = " or ".join(causalities) or "variable"
         other = f" (it is of causality {found.causality})" if found else ""
         raise ModelError([f"{self.name} has no {what} {name!r}{other}.{nearest(name, known)}"])
