@@ -17,7 +17,7 @@ from shaper_fmu.ssp.check_dictionaries import check_dictionaries
 from shaper_fmu.ssp.check_loops import check_loops
 from shaper_fmu.ssp.check_parameters import check_parameters, check_whole_set
 from shaper_fmu.ssp.check_scene import Scene, check_declarations, read_validated
-from shaper_fmu.ssp.check_structure import check_elements
+from shaper_fmu.ssp.check_structure import OF_DESCRIPTION, check_elements
 from shaper_fmu.ssp.document import SystemDescription
 from shaper_fmu.ssp.names import DESCRIPTION
 from shaper_fmu.ssp.read import read_description, read_dictionary, read_mapping, read_parameter_set
@@ -34,7 +34,10 @@ def check_ssp(path: Path | str) -> list[str]:
     path = Path(path)
     try:
         files = read_archive(read_file(path), path.name)
-        return check_files(files) or [problem for name in variants(files) for problem in _load_problems(path, name)]
+        problems = check_files(files)
+        if all(OF_DESCRIPTION in problem for problem in problems):  # else what stops it is told already
+            problems += [problem for name in variants(files) for problem in _load_problems(path, name)]
+        return problems
     except ArchiveError as error:
         return [str(error)]
 

@@ -30,6 +30,9 @@ from shaper_fmu.ssp.document import (
 from shaper_fmu.ssp.document_parts import DataType
 from shaper_fmu.ssp.names import FMU_TYPE, SSD_TYPE, SSP_TYPE
 
+OF_DESCRIPTION = ": modelDescription.xml: "
+"""In findings of FMUs that can be run all the same."""
+
 Place = tuple[str, ...]
 """Names of the systems from the root's elements down to an element; () is the root system."""
 
@@ -122,7 +125,7 @@ def _component_fmu(scene: Scene, component: Component) -> Fmu | None:
         if component.implementation not in ("any", "CoSimulation"):
             scene.tell(component.line, f"{what} asks for {component.implementation}; FMUs are run by co-simulation alone")
         for finding in fmu.findings:
-            scene.tell(component.line, f"{what}: {fmu.name}: modelDescription.xml: {finding}")
+            scene.tell(component.line, f"{what}: {fmu.name}{OF_DESCRIPTION}{finding}")
         problem = binary_problem(fmu)
         if problem:
             scene.tell(component.line, f"{what}: {problem}")
