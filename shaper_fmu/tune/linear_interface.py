@@ -66,7 +66,8 @@ def interface_of(fmu: Fmu) -> Interface:
                 f"{fmu.name} cannot be linearized: its ModelStructure lists a derivative, but not of which state"
             )
         pair = fmu.elements_of(str(state.name)), fmu.elements_of(str(rate.name))
-        if len(pair[0]) != len(pair[1]) or any(kind_of(one) != "real" for one in (rate, state)):
+        known = all(name in fmu.variables for names in pair for name in names)  # not where a name stands for several variables
+        if not known or len(pair[0]) != len(pair[1]) or any(kind_of(one) != "real" for one in (rate, state)):
             words = f"{state.name} and its derivative {rate.name} are not real, or not of the same size"
             raise LinearizationError(f"{fmu.name} cannot be linearized: {words}")
         states += pair[0]
