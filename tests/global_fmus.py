@@ -19,7 +19,8 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
     <ScalarVariable name="fatal" valueReference="0" causality="parameter" variability="fixed"><Integer start="0"/></ScalarVariable>
     <ScalarVariable name="forgetful" valueReference="1" causality="parameter" variability="fixed"><Integer start="0"/></ScalarVariable>
   </ModelVariables>
-  <ModelStructure><Outputs><Unknown index="2" dependencies=""/></Outputs></ModelStructure>
+  <ModelStructure><Outputs><Unknown index="2" dependencies=""/></Outputs>
+    <InitialUnknowns><Unknown index="2" dependencies=""/></InitialUnknowns></ModelStructure>
 </fmiModelDescription>
 """
 

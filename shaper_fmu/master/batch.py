@@ -18,6 +18,7 @@ from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.faults import fault_error
 from shaper_fmu.master.metrics import Metric
+from shaper_fmu.master.process_state import Share, keeping, put_back
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.signals import Interpolation
 from shaper_fmu.master.simulation import Simulation, ends_whole, number_of_steps
@@ -58,6 +59,7 @@ class Batch:
     def __init__(self, system: System, plan: Plan, metrics: Mapping[str, Metric], varied: Sequence[str]):
         self.system, self.plan, self._metrics = system, plan, dict(metrics)
         self._simulation = Simulation(system, record=[], metrics=metrics)
+        self.changed = self._simulation.changed
         try:
             self._prepare(varied)
         except BaseException:
@@ -157,6 +159,7 @@ class Batch:
             raise found
         return dict(zip(self._metrics, found, strict=True))
 
+    @keeping
     def run_rows(
         self, rows: np.ndarray, numbers: np.ndarray | None = None, now: int = 0
     ) -> list[tuple[float, ...] | SimulationError]:
@@ -174,9 +177,11 @@ class Batch:
                 self._program.address, self._controls, self._in_event_mode, _MOST, self._places, rows[left], numbers[left], now,
                 gathered[left],
             )  # fmt: skip
+            put_back(Share.FOR_OTHERS)
             done += finished
             while code == compiled.GOING_ON:  # a long one: from here on it can be interrupted
                 code = compiled.run(self._program.address, self._control, _MOST)
+                put_back(Share.FOR_OTHERS)
                 if code == compiled.FINISHED:
                     gathered[done] = self._program.layout.metrics
                     done += 1

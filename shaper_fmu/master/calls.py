@@ -12,6 +12,8 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
+from shaper_fmu.master.arithmetic import keep_arithmetic
+
 _POINTER = types.uintp
 _TIME = types.float64
 _INT = types.int32
@@ -26,7 +28,9 @@ def _foreign(*argument_types: Any) -> Any:
         def generate(context: Any, builder: Any, _signature: Any, values: Any) -> Any:
             prototype = ir.FunctionType(ir.IntType(32), [context.get_value_type(kind) for kind in argument_types])
             function = builder.inttoptr(values[0], prototype.as_pointer())
-            return builder.call(function, cgutils.unpack_tuple(builder, values[1]))
+            status = builder.call(function, cgutils.unpack_tuple(builder, values[1]))
+            keep_arithmetic(builder)
+            return status
 
         return _INT(_POINTER, types.Tuple(argument_types)), generate
 

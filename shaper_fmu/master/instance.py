@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Mapping, Sequence
 from ctypes import byref, c_void_p, cast
@@ -23,6 +22,8 @@ from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.functions import LENIENT, lacking
 from shaper_fmu.master.once import occupy, once_key, vacate
+from shaper_fmu.master.process_signals import SILENT
+from shaper_fmu.master.process_state import Kept, Share, put_back
 from shaper_fmu.master.variables import own_start
 
 _FAILED = {
@@ -32,6 +33,9 @@ _FAILED = {
     5: "goes on in the background (Pending), which this master does not support",
 }
 """What a status above Warning means, as part of a message."""
+
+_ENDS = ("enterInitializationMode", "exitInitializationMode", "reset")
+"""Calls after which it is another FMU's turn."""
 
 Moment = float | str | None
 """When something happens, for messages: a time [s], or a word such as "initialization"."""
@@ -56,6 +60,9 @@ def _log(environment: int | None, name: bytes, status: int, category: bytes, mes
 
 def _text(message: bytes | None) -> str:
     return (message or b"").decode("utf-8", "replace").strip()
+
+
+SILENT.update((_log.__code__, _text.__code__))
 
 
 def _make_callbacks() -> fmi2CallbackFunctions:
@@ -94,9 +101,9 @@ class Instance:
         self.slave: Any = None
         occupy(name, fmu, self._once)
         _logs[self._environment] = self.log
-        folder = os.getcwd()
         try:
-            self._instantiate()
+            with Kept():
+                self._instantiate()
         except BaseException as error:  # fmpy raises bare Exceptions
             if self.slave is not None:
                 self.slave.freeLibrary()
@@ -104,8 +111,6 @@ class Instance:
             if not isinstance(error, Exception):
                 raise
             raise SimulationError(f"{name}: {fmu.name} cannot be instantiated: {self._words(error)}") from None
-        finally:
-            os.chdir(folder)  # fmpy leaves it where a library cannot be loaded
         self.usable = True
         self._keep_log_quiet()
 
@@ -120,6 +125,7 @@ class Instance:
         self._check_library(library)
         if self.fmu.version == 3:
             self._logger = lambda environment, status, category, message: self.log.append(_text(message))
+            SILENT.add(self._logger.__code__)
             modes = {} if self._model_exchange else {"eventModeUsed": self.event_mode, "earlyReturnAllowed": self.event_mode}
             self._load(description.instantiationToken, common)
             self.slave.instantiate(loggingOn=True, logMessage=self._logger, **modes)
@@ -168,6 +174,8 @@ class Instance:
             getattr(self.slave, function)(*arguments)
         except FMICallException as error:
             raise self.failure(error.function, error.status, at) from None
+        finally:
+            put_back(Share.FOR_OTHERS if function in _ENDS else Share.ARITHMETIC)
 
     def enter_initialization(
         self, start_time: float, stop_time: float | None, values: Mapping[str, Any], tolerance: float | None = None
@@ -257,6 +265,8 @@ class Instance:
                 values = get([reference], len(elements)) if self.fmu.version == 3 else get([reference])
             except FMICallException as error:
                 raise self.failure(error.function, error.status) from None
+            finally:
+                put_back(Share.ARITHMETIC)
             found.update(zip(elements, values, strict=True))
         return [found[name] for name in names]
 
@@ -296,12 +306,15 @@ class Instance:
             return getattr(self.slave, f"{verb}FMU{'State' if self.fmu.version == 3 else 'state'}")(*state)
         except FMICallException as error:
             raise self.failure(error.function, error.status) from None
+        finally:
+            put_back(Share.ARITHMETIC)
 
     def close(self) -> None:
         """Free the instance; after a fatal status FMI does not allow even that, so it is left alone."""
         freed, self.usable = self.usable, False
-        if freed:
-            self.slave.freeInstance()
+        with Kept(last=True):
+            if freed:
+                self.slave.freeInstance()
         self._leave(freed)
 
     def _leave(self, freed: bool) -> None:

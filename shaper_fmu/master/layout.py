@@ -112,7 +112,7 @@ SLOPES_OF = np.dtype(
 )
 """The call that tells an instance the slopes of its inputs."""
 
-_SOURCES = ("layout", "calls", "transfers", "execution", "event_loop", "compiled", "whole_run")
+_SOURCES = ("layout", "arithmetic", "calls", "transfers", "execution", "event_loop", "compiled", "whole_run")
 
 
 def _sources_digest() -> str:

@@ -24,6 +24,7 @@ from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.loops import solve_loops
 from shaper_fmu.master.metrics import Metric, check_metrics, metric_values
 from shaper_fmu.master.notes import coupling_notes, system_notes
+from shaper_fmu.master.process_state import Kept, Share, keeping, process_notes, put_back
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.signals import Interpolation
@@ -57,6 +58,7 @@ class Simulation:
         self._metrics = dict(metrics or {})
         check_metrics(self._metrics)
         self._fresh = True
+        self.changed: dict[str, None] = {}  # of the process's state, by FMUs, and put back
         self._programs: dict[tuple[object, ...], Program] = {}
         try:
             self.instantiate(treat_events(system, None).exact)
@@ -73,10 +75,12 @@ class Simulation:
     def close(self) -> None:
         """Free the instances; where one has failed beyond repair, FMI allows no call of the others of its FMU either."""
         lost = {instance.fmu.digest for instance in self.instances.values() if instance.fatal}
-        for instance in self.instances.values():
-            instance.usable = instance.usable and instance.fmu.digest not in lost
-            instance.close()
+        with Kept(last=True):
+            for instance in self.instances.values():
+                instance.usable = instance.usable and instance.fmu.digest not in lost
+                instance.close()
 
+    @keeping
     def reset(self) -> None:
         """Bring all instances back to the state after instantiation. Raises SimulationError if they are closed or lost."""
         for name, instance in self.instances.items():
@@ -89,6 +93,7 @@ class Simulation:
             instance.reset()
         self._fresh = True
 
+    @keeping
     def instantiate(self, exact: bool) -> None:
         """Make the instances that are missing, or that have event mode where steps do not end at events, or the reverse."""
         for name, fmu in self.system.fmus.items():
@@ -101,6 +106,7 @@ class Simulation:
                 known.close()
             self.instances[name] = Instance(name, fmu, event_mode)
 
+    @keeping
     def run(
         self,
         stop_time: float,
@@ -175,7 +181,7 @@ class Simulation:
         _record_into(control, times, record)
         control.at_grid = 1
         compiled.first_row(program.address, control)
-        most = 1
+        most, stepwise = 1, controller is not None or bool(program.signals)
         while True:
             begin = time.perf_counter()
             try:
@@ -187,6 +193,7 @@ class Simulation:
                     code = compiled.run(program.address, control, most)
                 if code == compiled.FAULT:
                     raise self._fault(program, control)
+                put_back(Share.FOR_OTHERS if progress is None or stepwise else Share.EVERYTHING)
             except SimulationError as error:
                 error.results = self._results(program, control, times, record, notes)
                 raise
@@ -196,9 +203,7 @@ class Simulation:
                 _record_into(control, times, record)
             elif code == compiled.FINISHED:
                 break
-            elif (
-                not program.signals and controller is None
-            ):  # so long that Python costs nothing, so short that people see progress and can interrupt
+            elif not stepwise:  # so long that Python costs nothing, so short that people see progress and can interrupt
                 fitting = most * _CHUNK_SECONDS / max(1e-6, time.perf_counter() - begin)
                 most = max(1, min(1 << 24, _GROWTH * most, int(fitting)))
             if progress is not None:
@@ -255,7 +260,7 @@ class Simulation:
     def _results(self, program: Program, control: Any, times: np.ndarray, record: np.ndarray, notes: tuple[str, ...]) -> Results:
         """What has been recorded so far."""
         times, columns = times[: control.rows], np.ascontiguousarray(record[: control.rows].T)
-        notes = (*notes, *warning_notes(program, self.instances, control))
+        notes = (*notes, *process_notes(self.changed), *warning_notes(program, self.instances, control))
         names = [".".join(port) for port in self._recorded]
         units = {name: self.system.unit(port) for name, port in zip(names, self._recorded, strict=True)}
         displays = {name: self.system.display_unit(port) for name, port in zip(names, self._recorded, strict=True)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import types
 from collections.abc import Callable
 from typing import Any
 
@@ -35,17 +36,21 @@ from shaper_fmu.master.calls import (
     write_u8,
 )
 
-inlined = numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=True)  # a system is many arguments
 
-
-def compiled(function: Callable[..., Any]) -> Any:
+def compiled(function: Callable[..., Any], **options: Any) -> Any:
     """A compiled function.
 
     Its name in numba's cache tells the sources of the whole loop: numba looks at one file at a time, and would take a function
     that was compiled with another version of the others, and with another layout.
     """
-    function.__qualname__ += f"_{of.SOURCES_DIGEST}"
-    return numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    named = types.FunctionType(function.__code__, function.__globals__, function.__name__, function.__defaults__)
+    named.__qualname__, named.__doc__ = f"{function.__qualname__}_{of.SOURCES_DIGEST}", function.__doc__
+    return numba.njit(cache=True, nogil=True, error_model="numpy", **options)(named)
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """The same, compiled into its callers: a system is many arguments."""
+    return compiled(function, forceinline=True)
 
 
 _LARGEST_F4 = 3.4028234663852886e38
