@@ -108,7 +108,10 @@ def test_a_writer_that_fails_leaves_the_old_table_and_no_draft(swept, tmp_path):
         database.execute("UPDATE run SET peak_swing = 'large' WHERE id = 4")
     database.close()
     (tmp_path / "r.parquet").write_text("the old one")
-    with Store(tmp_path / "s.sqlite") as store, pytest.raises(ValueError, match="large"):
+    with (
+        Store(tmp_path / "s.sqlite") as store,
+        pytest.raises(StudyError, match=r"the store is damaged: run 4 is done, and has .*large"),
+    ):
         write_parquet(store, tmp_path / "r.parquet")
     assert (tmp_path / "r.parquet").read_text() == "the old one"
     assert not [path for path in tmp_path.iterdir() if "draft" in path.name]

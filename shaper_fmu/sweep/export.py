@@ -7,11 +7,12 @@ import os
 from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 
 from shaper_fmu.errors import ShaperFmuError, StudyError
+from shaper_fmu.spreadsheets import safe_text
 from shaper_fmu.sweep.store import Run, Store
 from shaper_fmu.sweep.study import Study
 
@@ -58,19 +59,32 @@ def rows(store: Store, progress: Progress | None = None) -> Iterator[Row]:
 
 
 def write_csv(store: Store, path: Path | str, progress: Progress | None = None) -> int:
-    """Write all runs as a CSV table, numbers with all their digits, and return how many; memory does not grow with them."""
+    """Write all runs as a CSV table, numbers with all their digits, and return how many; memory does not grow with them.
+
+    Texts that a spreadsheet would take for formulas are behind an apostrophe (`shaper_fmu.spreadsheets.plain_text` removes it).
+    """
 
     def write(draft: Path) -> int:
         count = 0
         with open(draft, "w", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream, lineterminator="\n")
-            writer.writerow(column_kinds(store.study()))
+            writer = csv.writer(_Lines(stream), lineterminator="\r\n")
+            writer.writerow(map(safe_text, column_kinds(store.study())))
             for row in rows(store, progress):
-                writer.writerow(row)
+                writer.writerow([safe_text(cell) if isinstance(cell, str) else cell for cell in row])
                 count += 1
         return count
 
     return _drafted(Path(path), write)
+
+
+class _Lines:
+    """Lines that end with a line feed alone, of a writer that quotes texts with any line break, as it does for both."""
+
+    def __init__(self, stream: TextIO):
+        self._stream = stream
+
+    def write(self, line: str) -> int:
+        return self._stream.write(line.removesuffix("\r\n") + "\n")
 
 
 def write_parquet(store: Store, path: Path | str, progress: Progress | None = None) -> int:
@@ -103,7 +117,7 @@ WRITERS: dict[str, Callable[[Store, Path, Progress], int]] = {".csv": write_csv,
 
 def _drafted(path: Path, write: Callable[[Path], int]) -> int:
     """Write a draft beside the file and rename it at the end, so that no reader sees half a table."""
-    draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
+    draft = path.with_name(f".{path.name}.draft")  # of one name: what a killed process has left is written over
     try:
         count = write(draft)
         os.replace(draft, path)

@@ -15,6 +15,8 @@ from shaper_fmu.errors import StudyError
 from shaper_fmu.sweep.variation import Vary
 
 MOST_RUNS = 100_000_000
+MOST_VALUES = 10_000_000
+"""Of one start value, or in all samples of a plan: these are held in memory."""
 Value = float | bool | str
 
 
@@ -44,15 +46,19 @@ class Points:
         if sampling.kind in SAMPLED:
             if sampling.samples is None or sampling.samples < 1:
                 raise StudyError(f"plan: {sampling.kind} needs samples, at least 1")
+            _refuse("plan.samples", sampling.samples * len(vary), MOST_VALUES, "values of all samples")
             self.count = sampling.samples
             self._shape: tuple[int, ...] = ()
         else:
+            for name, one in vary.items():
+                _refuse(f"vary.{name}", one.size, MOST_VALUES, "values")
+            if sampling.kind == "grid":
+                _refuse("plan", math.prod(one.size for one in vary.values()), MOST_RUNS, "points")
             kinds = [(name, one.grid if sampling.kind == "grid" else one.listed) for name, one in vary.items()]
             self._grids = [self._named(name, values) for name, values in kinds]
             self._shape = tuple(len(grid) for grid in self._grids)
             self.count = math.prod(self._shape) if sampling.kind == "grid" else self._common_length()
-        if self.count > MOST_RUNS:
-            raise StudyError(f"plan: {self.count} points are too many ({MOST_RUNS} at most)")
+        _refuse("plan", self.count, MOST_RUNS, "points")
 
     @staticmethod
     def _named(name: str, grid: Callable[[], Any]) -> Any:
@@ -88,6 +94,13 @@ class Points:
             self._named(name, lambda i=i, one=one: one.quantiles(shares[:, i])) for i, (name, one) in enumerate(self._vary.items())
         ]
         return np.column_stack(columns)
+
+
+def _refuse(where: str, number: int, most: int, what: str) -> None:
+    """Raise StudyError for a number that is too large; before anything is made of it."""
+    if number > most:
+        told = str(number) if number < 10**15 else f"more than {10**15}"
+        raise StudyError(f"{where}: {told} {what} are too many ({most} at most)")
 
 
 def _shares(sampling: Sampling, count: int, dimensions: int) -> np.ndarray:

@@ -9,18 +9,21 @@ from __future__ import annotations
 
 import itertools
 import json
+import os
 import sqlite3
+import tempfile
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import numpy as np
-from filelock import FileLock, Timeout
 
 from shaper_fmu.errors import StudyError
 from shaper_fmu.sweep.plan import Value
+from shaper_fmu.sweep.store_file import StoreLock, open_to_read, words_for
 from shaper_fmu.sweep.study import Study
 
 FORMAT = 3
@@ -73,15 +76,22 @@ class Store:
         Raises StudyError if the file is no store, holds another study or runs of other FMUs, or if another sweep writes to it.
         """
         self.path = Path(path)
-        self._lock: FileLock | None = None
+        self._lock: StoreLock | None = None
+        self._copy: tempfile.TemporaryDirectory[str] | None = None
         self._given: dict[int, Task] = {}  # tasks whose outcomes are awaited
+        if self.path.is_dir():
+            raise StudyError(f"{path}: a folder, not a store")
         if study is None and not self.path.is_file():
             raise StudyError(f"{path}: no such store; run 'shaper-fmu sweep' first")
+        is_new = not self.path.exists()
         if study is not None:
-            self._take_lock()
+            self._lock = StoreLock(self.path)
         try:
             self._open(study, provenance or {})
         except BaseException:
+            if is_new and self._lock is not None:  # half a store is none
+                for ending in ("", "-wal", "-shm", "-journal"):
+                    Path(f"{self.path}{ending}").unlink(missing_ok=True)
             self._release()
             raise
 
@@ -89,49 +99,63 @@ class Store:
         return self
 
     def __exit__(self, *error: object) -> None:
+        if self._lock is not None:
+            with suppress(sqlite3.Error):  # a reader may be there, or no room: then the log stays beside the store
+                self._database.execute("PRAGMA journal_mode=DELETE")  # so that it can be read where nothing can be written
         self._database.close()
         self._release()
 
-    def _take_lock(self) -> None:
-        lock = FileLock(f"{self.path}.lock", blocking=False)
-        try:
-            lock.acquire()
-        except Timeout:
-            raise StudyError(f"{self.path}: another sweep is writing to this store; wait for it, or give another --store") from None
-        except OSError as error:
-            raise StudyError(f"{self.path}: cannot be opened: {error.strerror or error}") from None
-        self._lock = lock
-
     def _release(self) -> None:
         if self._lock is not None:
-            self._lock.release()  # the file stays: one that is taken away while others wait for it would let in two
+            self._lock.release()
             self._lock = None
+        if self._copy is not None:
+            self._copy.cleanup()
+            self._copy = None
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        """What SQLite says, in words."""
+        try:
+            yield
+        except sqlite3.Error as error:
+            raise StudyError(f"{self.path}: {words_for(error)}") from None
 
     def _open(self, study: Study | None, provenance: dict[str, Any]) -> None:
-        mode = "ro" if study is None else "rwc"
+        with self._told():
+            if study is None:
+                self._database, self._copy = open_to_read(self.path)
+            else:
+                self._database = sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=rwc", uri=True)
         try:
-            self._database = sqlite3.connect(f"{self.path.resolve().as_uri()}?mode={mode}", uri=True)
-        except sqlite3.DatabaseError as error:
-            raise StudyError(f"{self.path}: cannot be opened: {error}") from None
-        try:
-            tables = {name for (name,) in self._database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-            if tables and "study" not in tables:
-                raise StudyError(f"{self.path}: a database, but not a sweep's store")
-            if not tables and study is None:
-                raise StudyError(f"{self.path}: this store holds no study")
-            if study is not None:
-                self._database.execute("PRAGMA journal_mode=WAL")
-                self._database.execute("PRAGMA synchronous=NORMAL")  # a killed process loses nothing; a power cut the last seconds
-                self._plan(study, provenance)
-            elif self._value("format") != str(FORMAT):
-                raise StudyError(f"{self.path}: written by another version of shaper-fmu; sweep again into another store")
-            self._study = self._stored_study() if study is None else study  # whose points may be there already
-        except sqlite3.DatabaseError as error:
-            self._database.close()
-            raise StudyError(f"{self.path}: not a sweep's store: {error}") from None
+            with self._told():
+                tables = {name for (name,) in self._database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+                if tables and not {"study", "run", "added"} <= tables:
+                    raise StudyError(f"{self.path}: a database, but not a sweep's store")
+                if not tables and study is None:
+                    raise StudyError(f"{self.path}: this store holds no study")
+                if tables:
+                    self._check_format()
+                if study is not None:
+                    self._database.execute("PRAGMA journal_mode=WAL")
+                    self._database.execute(
+                        "PRAGMA synchronous=NORMAL"
+                    )  # a killed process loses nothing; a power cut the last seconds
+                    self._plan(study, provenance)
+                self._study = self._stored_study() if study is None else study  # whose points may be there already
+                self._file = os.stat(self.path)
         except BaseException:
             self._database.close()
             raise
+
+    def _check_format(self) -> None:
+        found = self._value("format")
+        if found != str(FORMAT):
+            which = f"format {found!r}" if found else "no format"
+            raise StudyError(
+                f"{self.path}: a store of another version of shaper-fmu ({which}, this version has {FORMAT}); "
+                "use that version, or sweep again into another store"
+            )
 
     def _value(self, key: str) -> str | None:
         row = self._database.execute("SELECT value FROM study WHERE key = ?", (key,)).fetchone()
@@ -139,15 +163,14 @@ class Store:
 
     def _plan(self, study: Study, provenance: dict[str, Any]) -> None:
         """Enter the study, or see that the one that is there is the same."""
-        entries = {"format": str(FORMAT), "study": study.as_json(), "provenance": json.dumps(provenance, sort_keys=True)}
+        entries = {"study": study.as_json(), "provenance": json.dumps(provenance, sort_keys=True)}
         differs = {"study": "another study", "provenance": "other FMUs or another version of shaper-fmu"}
-        differs["format"] = differs["provenance"]
         with self._database:
             self._database.execute("BEGIN IMMEDIATE")
             self._database.execute("CREATE TABLE IF NOT EXISTS study (key TEXT PRIMARY KEY, value TEXT NOT NULL)")
             if self._value("study") is None:
                 self._create(study)
-                self._database.executemany("INSERT INTO study VALUES (?, ?)", entries.items())
+                self._database.executemany("INSERT INTO study VALUES (?, ?)", {"format": str(FORMAT), **entries}.items())
             else:
                 for key, text in entries.items():
                     if self._value(key) != text:
@@ -156,8 +179,9 @@ class Store:
             self._database.execute("INSERT OR REPLACE INTO study VALUES ('folder', ?)", (folder,))
 
     def _create(self, study: Study) -> None:
-        varied = "".join(f", {_quoted(name)}" for name in study.vary)
-        metrics = "".join(f", {_quoted(name)} REAL" for name in study.metrics)
+        names = column_names(study)
+        varied = "".join(f", {_quoted(names[name])}" for name in study.vary)
+        metrics = "".join(f", {_quoted(names[name])} REAL" for name in study.metrics)
         self._database.execute(
             f"CREATE TABLE run (id INTEGER PRIMARY KEY, compared TEXT NOT NULL{varied}, status TEXT NOT NULL{metrics}, "
             "reason TEXT, seconds REAL, attempts INTEGER NOT NULL)"
@@ -168,7 +192,11 @@ class Store:
         text = self._value("study")
         if text is None:
             raise StudyError(f"{self.path}: this store holds no study")
-        study = msgspec.json.decode(text, type=Study)
+        try:
+            study = msgspec.json.decode(text, type=Study)
+            _ = study.points
+        except (msgspec.DecodeError, UnicodeDecodeError, StudyError) as error:
+            raise StudyError(f"{self.path}: the store is damaged: its study cannot be read ({error})") from None
         study.folder = self._value("folder") or ""
         return study
 
@@ -182,22 +210,22 @@ class Store:
 
     def note(self, key: str, value: str) -> None:
         """Enter something that a reader should know; see `remarks`."""
-        with self._database:
+        with self._told(), self._database:
             self._database.execute("INSERT OR REPLACE INTO study VALUES (?, ?)", (f"note {key}", value))
 
     def remarks(self) -> dict[str, str]:
         """What was noted."""
-        rows = self._database.execute("SELECT key, value FROM study WHERE key LIKE 'note %' ORDER BY key")
+        rows = self._rows("SELECT key, value FROM study WHERE key LIKE 'note %' ORDER BY key")
         return {key.removeprefix("note "): value for key, value in rows}
 
     def counts(self) -> dict[str, int]:
         """Number of runs by status."""
-        counts = dict(self._database.execute("SELECT status, count(*) FROM run GROUP BY status ORDER BY status").fetchall())
+        counts: dict[str, int] = dict(self._rows("SELECT status, count(*) FROM run GROUP BY status ORDER BY status"))
         planned = self._total() - sum(counts.values())
         return {**counts, "planned": planned} if planned else counts
 
     def _total(self) -> int:
-        return self._study.count + self._database.execute("SELECT count(*) FROM added").fetchone()[0]
+        return self._study.count + self._rows("SELECT count(*) FROM added")[0][0]
 
     def runs(self, status: str | None = None) -> list[Run]:
         """The runs in the plan's order, all or those of one status."""
@@ -221,15 +249,19 @@ class Store:
     def _ended(self, status: str | None) -> Iterator[Run]:
         """The runs of the table, page by page."""
         varied, metrics = list(self._study.vary), list(self._study.metrics)
-        columns = ", ".join(map(_quoted, [*_OWN, *varied, *metrics]))
+        columns = ", ".join(f"run.{_quoted(name)}" for name in [*_OWN, *column_names(self._study).values()])
         last, middle = -1, len(_OWN) + len(varied)
         while True:
-            rows = self._database.execute(
+            rows = self._rows(
                 f"SELECT {columns} FROM run WHERE (? IS NULL OR status = ?) AND id > ? ORDER BY id LIMIT ?",
-                (status, status, last, _PAGE),
-            ).fetchall()
+                status, status, last, _PAGE,
+            )  # fmt: skip
             for row in rows:
                 number, case, state, reason, seconds, attempts = row[: len(_OWN)]
+                if case not in self._study.compare or state not in ("done", "failed"):
+                    raise StudyError(f"{self.path}: the store is damaged: run {number} has the case {case!r}, status {state!r}")
+                if state == "done" and not all(isinstance(value, float) for value in row[middle:]):
+                    raise StudyError(f"{self.path}: the store is damaged: run {number} is done, and has {row[middle:]} for metrics")
                 found = dict(zip(metrics, row[middle:], strict=True)) if state == "done" else {}
                 values = dict(zip(varied, row[len(_OWN) : middle], strict=True))
                 yield Run(number, case, values, state, found, reason, seconds, attempts)
@@ -242,15 +274,22 @@ class Store:
         runs = itertools.chain.from_iterable(zip(itertools.repeat(case), self._study.points) for case in self._study.compare)
         for number, (case, values) in enumerate(runs):
             yield Task(number, case, values)
-        for number, case, *values in self._database.execute("SELECT * FROM added ORDER BY id").fetchall():
+        for number, case, *values in self._rows("SELECT * FROM added ORDER BY id"):
             yield Task(number, case, tuple(values))
 
     def _numbers_of_ended(self) -> np.ndarray:
         """Whether each run of the plan has ended."""
         ended = np.zeros(self._total(), bool)
-        for (number,) in self._database.execute("SELECT id FROM run"):
-            ended[number] = True
+        with self._told():
+            for (number,) in self._database.execute("SELECT id FROM run"):
+                if not 0 <= number < len(ended):
+                    raise StudyError(f"{self.path}: the store is damaged: there is no run {number} in its study")
+                ended[number] = True
         return ended
+
+    def _rows(self, query: str, *values: object) -> list[Any]:
+        with self._told():
+            return self._database.execute(query, values).fetchall()
 
     def planned(self) -> Iterator[Task]:
         """The runs that are to be done, in the plan's order."""
@@ -261,38 +300,62 @@ class Store:
                 yield task
 
     def enter(self, outcomes: Sequence[Outcome]) -> None:
-        """Enter what became of runs, all of them or none."""
+        """Enter what became of runs, all of them or none. What a run has become stays, whatever is told of it later."""
+        self._see_file()
         rows = []
         for one in outcomes:
             task = self._given.pop(one.id, None) or self._task(one.id)
             metrics = one.metrics or (None,) * len(self._study.metrics)
             status = "failed" if one.metrics is None else "done"
             rows.append((one.id, task.compared, *task.values, status, *metrics, one.reason, one.seconds, one.attempts))
-        with self._database:
+        with self._told(), self._database:
             self._insert("run", rows)
+
+    def _see_file(self) -> None:
+        """Raise StudyError if the file was taken away: what is entered would be gone with it."""
+        with suppress(FileNotFoundError):
+            if os.path.samestat(os.stat(self.path), self._file):
+                return
+        raise StudyError(f"{self.path}: the store was deleted, moved or replaced while the sweep was writing to it")
 
     def _task(self, number: int) -> Task:
         if number < self._study.count:
             return Task(number, *self._study.run(number))
-        _, case, *values = self._database.execute("SELECT * FROM added WHERE id = ?", (number,)).fetchone()
+        _, case, *values = self._rows("SELECT * FROM added WHERE id = ?", number)[0]
         return Task(number, case, tuple(values))
 
     def add(self, points: Iterable[tuple[str, tuple[Value, ...]]]) -> int:
         """Plan more runs, after all others; their number."""
         first = self._total()
         rows = [(first + i, case, *values) for i, (case, values) in enumerate(points)]
-        with self._database:
+        with self._told(), self._database:
             self._insert("added", rows)
         return len(rows)
 
     def _insert(self, table: str, rows: list[tuple[Any, ...]]) -> None:
         if rows:
-            self._database.executemany(f"INSERT INTO {table} VALUES ({', '.join('?' * len(rows[0]))})", rows)
+            self._database.executemany(f"INSERT OR IGNORE INTO {table} VALUES ({', '.join('?' * len(rows[0]))})", rows)
 
     def retry_failed(self) -> int:
         """Plan the failed runs again; their number."""
-        with self._database:
+        with self._told(), self._database:
             return self._database.execute("DELETE FROM run WHERE status = 'failed'").rowcount
+
+
+def column_names(study: Study) -> dict[str, str]:
+    """The columns of start values and metrics: their names, with a number where SQLite would not tell them from earlier ones.
+
+    SQLite does not tell large from small letters: "peak" and "PEAK" are in columns "peak" and "PEAK 2".
+    """
+    used: set[str] = set(_OWN)
+    found: dict[str, str] = {}
+    for name in (*study.vary, *study.metrics):
+        column, number = name, 2
+        while column.lower() in used:
+            column, number = f"{name} {number}", number + 1
+        used.add(column.lower())
+        found[name] = column
+    return found
 
 
 def _quoted(name: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from functools import cached_property
 from pathlib import Path
@@ -15,11 +16,14 @@ from shaper_fmu.master.batch import Plan
 from shaper_fmu.master.metrics import Metric, check_metrics, metric_variables
 from shaper_fmu.master.signals import Interpolation
 from shaper_fmu.sweep.measures import Envelope, Measure, Residual
-from shaper_fmu.sweep.plan import KINDS, Points, Sampling, Value
+from shaper_fmu.sweep.plan import KINDS, MOST_RUNS, Points, Sampling, Value
 from shaper_fmu.sweep.variation import Vary
 
 RESERVED = ("id", "run", "case", "compared", "status", "reason", "seconds", "attempts")
 """Names that no metric can have: columns of the store, and of what is exported."""
+
+_MOST_COLUMNS = 1900
+"""SQLite has 2000 at most."""
 
 
 class Refine(msgspec.Struct, forbid_unknown_fields=True):
@@ -129,6 +133,7 @@ def read_study(path: Path | str) -> Study:
 
 def check_study(study: Study) -> None:
     """Raise StudyError for a study that makes no sense, whatever its system."""
+    _check_numbers("", msgspec.to_builtins(study))
     if not study.compare or not study.vary or not study.metrics:
         raise StudyError("a study needs at least one entry in each of [vary], [compare] and [metrics]")
     if study.plan.kind not in KINDS:
@@ -143,13 +148,27 @@ def check_study(study: Study) -> None:
     for name in study.metrics:
         if not re.fullmatch(r"[A-Za-z]\w*", name):
             raise StudyError(f"metric {name!r}: a metric's name has letters, digits and _ only, and begins with a letter")
-        if name in RESERVED:
+        if name.lower() in RESERVED:
             raise StudyError(f"metric {name!r}: this name is a column of the store's own; reserved are {', '.join(RESERVED)}")
+    if len(study.vary) + len(study.metrics) > _MOST_COLUMNS:
+        raise StudyError(f"{len(study.vary)} start values and {len(study.metrics)} metrics are more than {_MOST_COLUMNS} columns")
     check_metrics(study.master_metrics())
     if study.refine is not None:
         _check_refine(study, study.refine)
-    if not any(one.factors is not None and one.nominal is None for one in study.vary.values()):  # the system's own may be meant
-        _ = study.points
+    # factors may be of the system's own value, which is not known yet
+    known = not any(one.factors is not None and one.nominal is None for one in study.vary.values())
+    if known and study.count > MOST_RUNS:
+        words = f"{study.points.count} points of {len(study.compare)} cases are {study.count} runs"
+        raise StudyError(f"plan: {words}, too many ({MOST_RUNS} at most)")
+
+
+def _check_numbers(where: str, value: object) -> None:
+    """Raise StudyError for inf and NaN, which no part of a study can use."""
+    if isinstance(value, float) and not math.isfinite(value):
+        raise StudyError(f"{where} = {value} must be a finite number")
+    if isinstance(value, dict | list):
+        for key, one in value.items() if isinstance(value, dict) else enumerate(value):
+            _check_numbers(f"{where}.{key}" if where else str(key), one)
 
 
 def _check_refine(study: Study, refine: Refine) -> None:

@@ -34,6 +34,12 @@ class Vary(msgspec.Struct, forbid_unknown_fields=True):
     mean: float | None = None
     deviation: float | None = None
 
+    @property
+    def size(self) -> int:
+        """How many values are listed, without the list."""
+        listed = self.values if self.values is not None else self.factors
+        return len(listed) if listed is not None else self.points
+
     def grid(self) -> Sequence[float | bool | str]:
         """The values in rising order (those of a list of texts in their order), the nominal one among them. StudyError."""
         chosen = self.listed()
