@@ -5,9 +5,11 @@ The folder is the user's cache folder, or what the environment variable SHAPER_F
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 
 from filelock import FileLock
@@ -15,6 +17,7 @@ from platformdirs import user_cache_path
 
 from shaper_fmu.archives import write_file
 from shaper_fmu.errors import BuildError
+from shaper_fmu.private_folder import private_folder
 
 
 def cache_folder() -> Path:
@@ -22,9 +25,19 @@ def cache_folder() -> Path:
     folder = Path(os.environ.get("SHAPER_FMU_CACHE") or user_cache_path("shaper-fmu"))
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, "it cannot be written to")
     except OSError as error:
+        other = None if os.environ.get("SHAPER_FMU_CACHE") else _other_folder()
+        if other is not None:
+            return other
         raise BuildError(f"the cache folder {folder} cannot be made ({error.strerror}); set SHAPER_FMU_CACHE to another") from error
     return folder.resolve()
+
+
+@lru_cache
+def _other_folder() -> Path | None:
+    return private_folder("shaper-fmu-cache", "the user's cache folder cannot be written to (SHAPER_FMU_CACHE names another)")
 
 
 def digest(*parts: str | bytes) -> str:

@@ -17,6 +17,8 @@ from llvmlite import binding, ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
+from shaper_fmu.master.loop_cache import CACHES
+
 binding.initialize_native_asmparser()  # two instructions of the x87 have no other name
 
 _I64 = ir.IntType(64)
@@ -133,13 +135,13 @@ def _set(_typing_context: Any, mode: Any) -> Any:
     return types.void(types.uint64), generate
 
 
-@numba.njit("uint64()", cache=True)
+@numba.njit("uint64()", cache=CACHES)
 def arithmetic_mode():
     """The mode of this thread."""
     return _get()  # pyright: ignore[reportCallIssue]
 
 
-@numba.njit("void(uint64)", cache=True)
+@numba.njit("void(uint64)", cache=CACHES)
 def set_arithmetic_mode(mode):
     """Set the mode of this thread."""
     _set(mode)  # pyright: ignore[reportCallIssue]

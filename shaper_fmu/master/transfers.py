@@ -35,6 +35,7 @@ from shaper_fmu.master.calls import (
     write_u4,
     write_u8,
 )
+from shaper_fmu.master.loop_cache import CACHES
 
 
 def compiled(function: Callable[..., Any], **options: Any) -> Any:
@@ -45,7 +46,7 @@ def compiled(function: Callable[..., Any], **options: Any) -> Any:
     """
     named = types.FunctionType(function.__code__, function.__globals__, function.__name__, function.__defaults__)
     named.__qualname__, named.__doc__ = f"{function.__qualname__}_{of.SOURCES_DIGEST}", function.__doc__
-    return numba.njit(cache=True, nogil=True, error_model="numpy", **options)(named)
+    return numba.njit(cache=CACHES, nogil=True, error_model="numpy", **options)(named)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
