@@ -12,10 +12,12 @@ import sys
 import tracemalloc
 from pathlib import Path
 
+import numpy as np
 import pytest
 from sweep_cases import CRANE
 
 from shaper_fmu.errors import StudyError
+from shaper_fmu.master.results import Results
 from shaper_fmu.spreadsheets import plain_text, safe_text
 from shaper_fmu.sweep.export import write_csv
 from shaper_fmu.sweep.store import Outcome, Store
@@ -241,3 +243,16 @@ def test_no_text_of_a_table_is_a_formula(tmp_path):
     assert rows[0][-3] == "'=HYPERLINK(1)"
     assert next(row[3:5] for row in rows if row[3]) == ["-1.5", "inf"]
     assert [safe_text(text) for text in ("-1", "-inf", "+2.5e3")] == ["-1", "-inf", "+2.5e3"]
+
+
+def test_tables_of_runs_have_no_formulas_and_leave_no_drafts(tmp_path, monkeypatch):
+    """A variable with such a name; a draft that a killed process left; a disk that is full at the end."""
+    results = Results(np.array([0.0]), {"=cmd.x": np.array([-1.0])})
+    (tmp_path / ".r.csv.draft").write_text("what a killed process has left")
+    results.to_csv(tmp_path / "r.csv")
+    assert (tmp_path / "r.csv").read_text() == "time,'=cmd.x\n0.0,-1.0\n"
+    assert beside(tmp_path) == ["r.csv"]
+    monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    with pytest.raises(OSError, match="No space left"):
+        results.to_csv(tmp_path / "r.csv")
+    assert beside(tmp_path) == ["r.csv"]

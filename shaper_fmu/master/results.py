@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from shaper_fmu.drafts import draft_of
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
+from shaper_fmu.spreadsheets import safe_text
 
 
 @dataclass(frozen=True)
@@ -50,14 +51,12 @@ class Results:
     def to_csv(self, path: Path | str) -> None:
         """Write a CSV table with a header of names and every value to its last digit."""
         path = Path(path)
-        draft = path.with_name(f".{path.name}.draft")
-        with open(draft, "w", newline="", encoding="utf-8") as stream:
+        with draft_of(path) as draft, open(draft, "w", newline="", encoding="utf-8") as stream:
             writer = csv.writer(stream, lineterminator="\n")
-            writer.writerow(["time", *self.values])
+            writer.writerow(["time", *map(safe_text, self.values)])
             writer.writerows(
                 zip(*[[repr(x) for x in column.tolist()] for column in (self.time, *self.values.values())], strict=True)
             )
-        os.replace(draft, path)
 
     def to_xarray(self) -> Any:
         """An xarray.Dataset over the coordinate "time", with units as attributes. Needs the package xarray."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import jinja2
 import markupsafe
 
+from shaper_fmu.drafts import draft_of
 from shaper_fmu.errors import ShaperFmuError
 from shaper_fmu.report.figures import Figure, Map
 
@@ -140,12 +140,11 @@ def write_report(
             return "Figure", markupsafe.Markup(interactive(block) if isinstance(block, Figure) else interactive_map(block))
         return type(block).__name__, block
 
-    draft = path.with_name(f".{path.name}.draft")
-    draft.write_text(
-        _PAGE.render(title=title, script=markupsafe.Markup(plotly_script()), blocks=[shown(block) for block in blocks]),
-        encoding="utf-8",
-    )
-    os.replace(draft, path)
+    with draft_of(path) as draft:
+        draft.write_text(
+            _PAGE.render(title=title, script=markupsafe.Markup(plotly_script()), blocks=[shown(block) for block in blocks]),
+            encoding="utf-8",
+        )
     written, figures = [path], [block for block in blocks if isinstance(block, Figure | Map)]
     for i, block in enumerate(figures):
         files = [path.with_name(f"{path.stem}_{block.key}.{kind}") for kind in pictures]

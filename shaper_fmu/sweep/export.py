@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
 from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
+from shaper_fmu.drafts import draft_of
 from shaper_fmu.errors import ShaperFmuError, StudyError
 from shaper_fmu.spreadsheets import safe_text
 from shaper_fmu.sweep.store import Run, Store
@@ -117,13 +117,8 @@ WRITERS: dict[str, Callable[[Store, Path, Progress], int]] = {".csv": write_csv,
 
 def _drafted(path: Path, write: Callable[[Path], int]) -> int:
     """Write a draft beside the file and rename it at the end, so that no reader sees half a table."""
-    draft = path.with_name(f".{path.name}.draft")  # of one name: what a killed process has left is written over
-    try:
-        count = write(draft)
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)
-    return count
+    with draft_of(path) as draft:
+        return write(draft)
 
 
 def to_xarray(store: Store) -> Any:
