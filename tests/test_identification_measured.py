@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from shaper_fmu.analysis.identification import IdentificationError
+from shaper_fmu.analysis.identification import CONTRADICTING, IdentificationError
 from shaper_fmu.tune.measured import identify_measured
 from shaper_fmu.tune.measured_table import Table, read_table
 
@@ -17,6 +17,19 @@ POLE = complex(-0.3, 8.0)
 def vibration(t: np.ndarray) -> np.ndarray:
     """A ring-down from t = 1 s on, before that the rising command of the excitation."""
     return np.where(t < 1.0, t, 1.0 + 0.2 * np.exp(POLE.real * (t - 1.0)) * np.sin(POLE.imag * (t - 1.0)))
+
+
+def moved(noise: float, h: float = 0.01) -> tuple[np.ndarray, np.ndarray]:
+    """q'' + 0.6 q' + |POLE|^2 q = sin(2 pi (t - 2)) from 2 s to 3 s, at rest before; noise of this share of the ringing's amplitude.
+
+    Its residues are integrals of exp(-POLE t) over the excitation: a sum of two exponentials.
+    """
+    t = np.arange(0.0, 15.0, h)
+    until = np.clip(t - 2.0, 0.0, 1.0)
+    drive = [2j * np.pi, -2j * np.pi]
+    part = sum(k * (np.exp((s - POLE) * until) - 1.0) / (s - POLE) / 2j for k, s in zip((1.0, -1.0), drive, strict=True))
+    x = np.imag(np.exp(POLE * np.maximum(0.0, t - 2.0)) * part) / POLE.imag
+    return t, x + noise * np.abs(x[t > 3.0]).max() * np.random.default_rng(3).standard_normal(len(t))
 
 
 def table(t: np.ndarray, **columns: np.ndarray) -> Table:
@@ -69,13 +82,62 @@ def test_the_excitation_ends_with_the_inputs_last_change():
     assert found.outputs == ("x",)
 
 
-def test_without_an_end_it_is_free_from_its_largest_deviation_on():
-    """That is the first quarter of the period after the end, or the beginning of the record here: both are told."""
-    t = T[T >= 1.0]
-    found = identify_measured(table(t))
-    assert_found(found)
+def test_a_record_that_is_free_throughout_needs_no_end():
+    """The ring-down alone, from the end of the excitation on, and from amid the ringing."""
+    for begin in (1.0, 2.37):
+        found = identify_measured(table(T[begin <= T]))
+        assert_found(found)
+        assert [finding.code for finding in found.findings] == ["found_free"]
+        assert found.excitation_end == pytest.approx(begin, abs=0.011)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+def test_without_an_end_it_is_found_where_the_modes_stay(noise):
+    """A rest of 2 s, a move (a mode driven by the acceleration of a cycloid, of a second), and the ringing: not before the end."""
+    t, x = moved(noise=noise)
+    found = identify_measured(Table({"time": t, "x": x}))
+    assert 3.0 - 0.1 <= found.excitation_end <= 3.3
+    assert [mode.pole for mode in found.identification.modes] == pytest.approx([POLE], rel=1e-9 if not noise else 3e-3)
     assert found.findings[0].code == "assumed_free"
-    assert 1.0 < found.excitation_end < 1.0 + 2.0 * math.pi / POLE.imag
+
+
+def test_an_end_that_is_told_too_early_is_contradicted():
+    t, x = moved(noise=0.003)
+    for early in (2.0, 2.2, 2.4, 2.6):
+        found = identify_measured(Table({"time": t, "x": x}), excitation_end=early)
+        assert {finding.code for finding in found.findings} & set(CONTRADICTING), early
+    right = identify_measured(Table({"time": t, "x": x}), excitation_end=3.0)
+    assert not {finding.code for finding in right.findings} & set(CONTRADICTING)
+
+
+def test_a_record_that_does_not_tell_is_refused():
+    t, x = moved(noise=0.003)
+    with pytest.raises(IdentificationError, match="Tell when the excitation has ended"):
+        identify_measured(Table({"time": t[t < 3.0], "x": x[t < 3.0]}))
+    with pytest.raises(IdentificationError, match="is no finite number"):
+        identify_measured(Table({"time": t, "x": x}), excitation_end=math.nan)
+
+
+def test_a_measured_input_may_be_noisy_but_must_come_to_rest():
+    t, x = moved(noise=0.003)
+    rng = np.random.default_rng(1)
+    force = np.where((t >= 2.0) & (t < 3.0), np.sin(2.0 * np.pi * (t - 2.0)), 0.0)
+    noisy = force + 0.01 * rng.standard_normal(len(t))
+    found = identify_measured(Table({"time": t, "x": x, "force": noisy}), input="force")
+    assert found.excitation_end == pytest.approx(3.0, abs=0.03)
+    with pytest.raises(IdentificationError, match="does not come to rest"):
+        identify_measured(Table({"time": t, "x": x, "force": noisy - 5.0 * x}), input="force")
+    constant = identify_measured(Table({"time": t, "x": x, "force": np.ones(len(t))}), input="force")
+    assert [finding.code for finding in constant.findings[:2]] == ["input_constant", "assumed_free"]
+
+
+def test_values_in_steps_are_no_contradiction():
+    """A sensor of a hundred steps over the ringing: what the fit leaves is no more than the steps."""
+    t, x = moved(noise=0.0)
+    size = float(np.ptp(x[t > 3.0])) / 100.0
+    found = identify_measured(Table({"time": t, "x": size * np.round(x / size)}), excitation_end=3.0)
+    assert not {finding.code for finding in found.findings} & set(CONTRADICTING)
+    assert [mode.pole for mode in found.identification.modes] == pytest.approx([POLE], rel=3e-3)
 
 
 def test_uneven_samples_are_interpolated_and_it_is_said():

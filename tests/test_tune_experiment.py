@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 from hidden_plants import HIDDEN, Hidden
-from scipy.stats import binom
+from scipy.stats import binom, ncx2
 from three_mass_loop import KD, KP, closed_loop, response
 
 from shaper_fmu import System
-from shaper_fmu.analysis.identification import Identification, IdentificationError, free_response, identify
+from shaper_fmu.analysis.identification import IdentificationError, free_response, identify
 from shaper_fmu.errors import ModelError
 from shaper_fmu.tune.experiment import PlantIdentification, experiment
 from shaper_fmu.tune.experiment_excitation import Excitation
@@ -64,37 +64,69 @@ def test_hidden_modes_are_found(draws, name):
     assert LIMITS[name] < 1e-3
 
 
-def noisy(found: PlantIdentification, rng: np.random.Generator) -> Identification:
-    """Identified again with white noise: 1 % of each output's largest deviation from a straight line."""
+def deviations(found: PlantIdentification) -> np.ndarray:
+    """1 % of each output's largest deviation from a straight line."""
     u = np.linspace(-1.0, 1.0, len(found.time))
-    peak = [np.abs(column - np.polyval(np.polyfit(u, column, 1), u)).max() for column in found.response.T]
-    values = found.response + 0.01 * np.array(peak) * rng.standard_normal(found.response.shape)
-    return identify(free_response(values, found.step, found.outputs), smallest_share=1e-3)
+    return 0.01 * np.array([np.abs(column - np.polyval(np.polyfit(u, column, 1), u)).max() for column in found.response.T])
 
 
-def test_hidden_modes_in_noise(draws):
-    """The same 200 draws with noise of 1 % of the peak: no mode is lost or added, those with a tenth of the response or more lie
-    within 1 % in frequency and 10 % in damping ratio, and of all 95 % within 1.96 standard deviations of the truth (the count is
-    within the 99.9 % bounds of the binomial distribution)."""
-    rng = np.random.default_rng(7)
-    inside, seen = np.zeros(2, int), 0
-    total = 0
+def loss(found: PlantIdentification, k: int, sigma: np.ndarray) -> float:
+    """The probability that the Bayesian information criterion prefers a model without mode k, in white noise of these deviations.
+
+    Leaving it out lowers twice the log likelihood by a noncentral chi-squared number of 2 + 2 c degrees (a pole, and a residue in
+    each of c outputs); its centre is the mode's energy over the noise's variance, less what the other poles, moved a little, and a
+    straight line take up. The criterion spares (4 + 2 c) log(n c), with the pole counted twice.
+    """
+    n, c = found.response.shape
+    t = found.step * np.arange(n)
+    others = [np.exp(mode.pole * t) for j, mode in enumerate(found.modes) if j != k]
+    taken = [np.ones(n), t, *(f(x) for one in others for x in (one, t * one) for f in (np.real, np.imag))]
+    span = np.linalg.qr(np.array([one / np.linalg.norm(one) for one in taken]).T)[0]
+    own = np.real(np.multiply.outer(np.exp(found.modes[k].pole * t), found.modes[k].residues[0]))
+    energy = float(np.sum(((own - span @ (span.T @ own)) / sigma) ** 2))
+    return float(ncx2.cdf((4 + 2 * c) * math.log(n * c), 2 + 2 * c, energy))
+
+
+SEEDS = (7, 8)
+CERTAIN = 1e-6
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_hidden_modes_in_noise(draws, seed):
+    """The same 200 draws with noise of 1 % of the peak. Which mode is lost depends on the noise's last bits; what must hold is:
+
+    a mode that the criterion cannot miss (`loss`) is never lost, and of those that it can as many are as their probabilities say;
+    no mode is added (of 200 draws at most as many as 1 in 1000 would give); of all found 95 % lie within 1.96 standard deviations of
+    the truth. Counts are within the 99.9 % bounds of their binomial distributions. Modes with a tenth of the response or more lie
+    within 5 of them, and these are below 1 % of the frequency and 5 % of the damping ratio.
+    """
+    rng = np.random.default_rng(seed)
+    inside, told, added, lost = np.zeros(2, int), 0, 0, 0
+    doubtful: list[float] = []
     for hidden, found in [pair for pairs in draws.values() for pair in pairs]:
-        again = noisy(found, rng)
-        assert len(again.modes) == len(hidden.poles)
-        for mode, pole in zip(again.modes, hidden.poles, strict=True):
-            ratio = -pole.real / abs(pole)
-            errors = np.abs([mode.natural_frequency - abs(pole), mode.damping_ratio - ratio])
-            inside += errors < 1.96 * np.array([mode.natural_frequency_std, mode.damping_ratio_std])
-            total += 1
+        sigma = deviations(found)
+        values = found.response + sigma * rng.standard_normal(found.response.shape)
+        again = identify(free_response(values, found.step, found.outputs), smallest_share=1e-3)
+        chances = [loss(found, k, sigma) for k in range(len(found.modes))]
+        doubtful += [chance for chance in chances if chance > CERTAIN]
+        paired = {int(np.argmin(np.abs(hidden.poles - mode.pole))): mode for mode in again.modes}
+        added += len(again.modes) - len(paired)
+        lost += sum(k not in paired for k in range(len(hidden.poles)))
+        assert all(k in paired or chance > CERTAIN for k, chance in enumerate(chances))
+        for k, mode in paired.items():
+            size, ratio = abs(hidden.poles[k]), -hidden.poles[k].real / abs(hidden.poles[k])
+            errors = np.abs([mode.natural_frequency - size, mode.damping_ratio - ratio])
+            spread = np.array([mode.natural_frequency_std, mode.damping_ratio_std])
+            inside += errors < 1.96 * spread
+            told += 1
             if mode.share > WELL_SEEN:
-                seen += 1
-                assert errors[0] < 0.01 * abs(pole)
-                assert errors[1] < 0.1 * ratio
-    assert total == 6 * DRAWS
-    assert seen > 0.8 * total
+                assert (errors < 5.0 * spread).all()
+                assert (spread < [0.01 * size, 0.05 * ratio]).all()
+    assert len(doubtful) < 0.05 * told
+    assert abs(lost - sum(doubtful)) <= 3.3 * math.sqrt(sum(p * (1.0 - p) for p in doubtful)) + 1.0
+    assert added <= binom.ppf(0.9995, 4 * DRAWS, 1e-3)
     for count in inside:
-        assert binom.ppf(0.0005, total, 0.95) <= count <= binom.ppf(0.9995, total, 0.95)
+        assert binom.ppf(0.0005, told, 0.95) <= count <= binom.ppf(0.9995, told, 0.95)
 
 
 def three_mass_loop(fmus) -> System:

@@ -22,6 +22,7 @@ VERDICTS: Mapping[Verdict, str] = {
     "unstable": "No shaper can help: the plant is unstable.",
     "nothing_fits": "No shaper fits what was asked for. The one below comes nearest.",
     "not_held": "The shaper below fits the identified modes, but on the plant it leaves more than was asked for.",
+    "not_proven": "Nothing is proven: what was found speaks against the modes, or against there being none.",
     "not_verified": "The shaper below fits the identified modes. It could not be tried on the plant.",
 }
 
@@ -65,11 +66,12 @@ def recommendation_blocks(tuning: Tuning) -> list[Block]:
 def summary_table(tuning: Tuning, choice: Choice) -> Table:
     """The shaper's numbers and what was asked for."""
     one, wish, seen = choice.nearest, choice.wish, tuning.verification
+    known = "proven" if tuning.verdict != "not_proven" else "if the modes were those found,"
     rows = [
         ["shaper" if choice.recommended is not None else "shaper (nearest)", one.name],
         ["delay", f"{one.delay:.6g} s"],
-        ["worst case, proven over the ranges", f"{percent(one.worst_case)} of the unshaped vibration"],
-        ["nominally, proven", percent(one.nominal)],
+        [f"worst case, {known} over the ranges", f"{percent(one.worst_case)} of the unshaped vibration"],
+        [f"nominally, {known}", percent(one.nominal)],
     ]
     if seen is not None:
         rows.append(["on the plant, nominal", percent(seen.nominal.share)])

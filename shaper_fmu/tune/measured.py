@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,13 +10,39 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from shaper_fmu.analysis.identification import Finding, Identification, IdentificationError, free_response, identify
+from shaper_fmu.analysis.identification import (
+    Finding,
+    FreeResponse,
+    Identification,
+    IdentificationError,
+    free_response,
+    identify,
+)
+from shaper_fmu.analysis.identification.beginning import Beginnings, cut, first_free
 from shaper_fmu.errors import nearest
 from shaper_fmu.tune.measured_table import Table, read_table
 
 _SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0}
 _UNIFORM = 1e-3
 _GAP = 4.0
+_CHANGES = 1e-6
+"""Steps of an input above this share of its range are changes."""
+_MOSTLY = 0.5
+"""Of the steps, at most, that are changes where an input is a command and no measurement."""
+_TAIL, _FEWEST = 20, 16
+_DEVIATION, _ALIKE = 6.0, 0.3
+_LEVELS = 0.5
+"""Different values over samples, up to which a sensor may give them in steps."""
+_FREE = "the whole record is taken to be free: its modes are the same from its first sample on as from later beginnings"
+_ASSUMED = (
+    "nobody has told when the response becomes free. It seems to be from {:.4g} s on: its modes are the same from there as from "
+    "later beginnings, but what has died out by then is not seen. Tell when the excitation has ended (excitation_end, "
+    "--excitation-end), or which column it is (input, --input)"
+)
+_UNTOLD = (
+    "the response does not tell when it becomes free: there is no beginning from which on modes stay the same. Tell when the "
+    "excitation has ended (excitation_end, --excitation-end), or which column it is (input, --input)"
+)
 
 
 @dataclass(frozen=True)
@@ -27,7 +54,7 @@ class MeasuredIdentification:
         time: of the samples that were used [s], shape (n,), on the file's clock.
         response: shape (n, m), as it was fitted.
         outputs, units: names and units of the columns, "" where none is told.
-        excitation_end: after which the response was taken to be free [s], on the file's clock.
+        excitation_end: after which the response is free [s], on the file's clock.
         findings: what the user should know, of the table and of the identification.
     """
 
@@ -57,8 +84,8 @@ def identify_measured(
         outputs: columns to look at; all but time and input if none are named.
         time: the time column; by default one called time or t, else the first.
         input: the column of the excitation: the response is free after its last change.
-        excitation_end: when the response becomes free, on the file's clock, in s. Without this and `input` it is
-            taken to be free from its largest deviation on, and a finding says so.
+        excitation_end: when the response becomes free, on the file's clock, in s. Without this and `input` it is found from the
+            response where its modes tell (`first_free`), and a finding says so.
         units: of columns whose header tells none; a header may read "position [mm]". Time may be in s, ms, us or min.
         smallest_share: modes with less of the amplitude than this, in each column, are not told.
 
@@ -79,21 +106,28 @@ def identify_measured(
     values = np.column_stack([table[name] for name in names])
     _check_times(t)
     findings: list[Finding] = []
-    end = excitation_end
-    if end is None:
-        end, note = _excitation_end(t, values, table[input] if input else None)
-        findings += [Finding("assumed_free", note)] if note else []
-    free = t > end + 1e-9 * (t[-1] - t[0]) if input or excitation_end is not None else t >= end
-    if np.count_nonzero(free) < 2:
-        raise IdentificationError(f"nothing is left after the end of the excitation at {end:g} s; the table ends at {t[-1]:g} s")
-    grid, uniform, note = _uniform(t[free], values[free])
+    first, note = _beginning(t, table[input] if input else None, excitation_end)
+    findings += [Finding("input_constant", note)] if note else []
+    grid, uniform, note = _uniform(t[first or 0 :], values[first or 0 :])
     findings += [Finding("resampled", note)] if note else []
     step = float(grid[-1] - grid[0]) / (len(grid) - 1)
-    found = identify(free_response(uniform, step, names), smallest_share=smallest_share)
+    response = free_response(uniform, step, names, _quantisation(values))
+    if first is None:
+        start = first_free(response, smallest_share)
+        if start is None:
+            raise IdentificationError(_UNTOLD)
+        grid, uniform, response = grid[start:], uniform[start:], cut(response, start)
+        findings.append(Finding("assumed_free", _ASSUMED.format(grid[0])) if start else Finding("found_free", _FREE))
+        end = float(grid[0])
+    else:
+        end = float(excitation_end if excitation_end is not None else t[first - 1])
+    found = identify(response, smallest_share=smallest_share)
+    findings += found.findings
+    if first is not None:
+        findings += _unconfirmed(response, smallest_share, end)
     return MeasuredIdentification(
-        found, grid, uniform, tuple(names), tuple(known.get(name, "") for name in names), float(end),
-        (*findings, *found.findings),
-    )  # fmt: skip
+        found, grid, uniform, tuple(names), tuple(known.get(name, "") for name in names), end, tuple(findings)
+    )
 
 
 def _column(table: Table, name: str) -> str:
@@ -109,15 +143,75 @@ def _check_times(t: np.ndarray) -> None:
         raise IdentificationError(f"time does not increase from row {row + 1} on ({t[row] if len(t) else 0.0:g} s)")
 
 
-def _excitation_end(t: np.ndarray, values: np.ndarray, excitation: np.ndarray | None) -> tuple[float, str]:
-    """When the response becomes free, and a note if that is a guess."""
-    if excitation is not None:
-        changes = np.flatnonzero(np.abs(np.diff(excitation)) > 1e-6 * max(1e-300, float(np.ptp(excitation))))
-        return (float(t[changes[-1] + 1]) if len(changes) else float(t[0])), ""
-    centred = values - np.median(values[len(values) // 2 :], axis=0)
-    size = np.max(np.abs(centred) / np.maximum(1e-300, np.abs(centred).max(axis=0)), axis=1)
-    end = float(t[int(np.argmax(size))])
-    return end, f"the response is taken to be free from its largest deviation on, at {end:g} s; tell the end of the excitation"
+def _beginning(t: np.ndarray, excitation: np.ndarray | None, told: float | None) -> tuple[int | None, str]:
+    """The first row of the free response; None where neither the input nor the user tells, and why if there is an input."""
+    if told is not None:
+        if not np.isfinite(told):
+            raise IdentificationError(f"the end of the excitation, {told:g} s, is no finite number")
+        first = int(np.count_nonzero(t <= told + 1e-9 * (t[-1] - t[0])))
+    elif excitation is not None:
+        last = last_change(excitation)
+        if last is None:
+            return None, "the column of the excitation does not change, so that it does not tell when the response becomes free"
+        first = last + 1
+    else:
+        return None, ""
+    if len(t) - first < 2:
+        end = told if told is not None else t[min(first, len(t)) - 1]
+        raise IdentificationError(f"nothing is left after the end of the excitation at {end:g} s; the table ends at {t[-1]:g} s")
+    return first, ""
+
+
+def last_change(excitation: np.ndarray) -> int | None:
+    """The row in which an input has changed last; None if it never does.
+
+    From there on it is constant, but for white noise. Raises IdentificationError for one that never comes to rest.
+    """
+    spread = float(np.ptp(excitation))
+    steps = np.abs(np.diff(excitation))
+    if spread == 0.0:
+        return None
+    if np.count_nonzero(steps > _CHANGES * spread) <= _MOSTLY * len(steps):  # a command, as it was computed
+        return int(np.flatnonzero(steps > _CHANGES * spread)[-1]) + 1
+    tail = excitation[-max(_FEWEST, len(excitation) // _TAIL) :]
+    noise = float(np.std(tail))
+    off = np.abs(excitation - tail.mean()) > _DEVIATION * noise
+    first = int(np.flatnonzero(off)[-1]) + 1 if off.any() else 0
+    rest = excitation[first:] - excitation[first:].mean()
+    alike = float(rest[1:] @ rest[:-1] / max(1e-300, float(rest @ rest)))
+    if len(rest) < _FEWEST or alike > _ALIKE + 4.0 / math.sqrt(len(rest)):
+        raise IdentificationError(
+            "the column of the excitation does not come to rest: it is noisy or follows the response; tell when the response "
+            "becomes free (excitation_end, --excitation-end)"
+        )
+    return first if first else None
+
+
+def _unconfirmed(response: FreeResponse, smallest_share: float, end: float) -> list[Finding]:
+    """A finding if a mode does not stay when one begins later: then the response is not free yet, or its modes change."""
+    lost = Beginnings(response, smallest_share).lost(0, strict=False)
+    if lost is None:
+        return []
+    later = first_free(response, smallest_share)
+    hint = f"; it seems to be free from {end + later * response.step:.4g} s on" if later else ""
+    text = (
+        f"the mode at {lost.natural_frequency:.4g} rad/s is not the same where one begins half of its period later: the response "
+        f"is not free after {end:g} s, or its modes change as it decays{hint}"
+    )
+    return [Finding("not_free", text)]
+
+
+def _quantisation(values: np.ndarray) -> np.ndarray:
+    """Standard deviation of the rounding of values that a sensor gives in steps; 0 where they are not, shape (m,)."""
+    found = np.zeros(values.shape[1])
+    for j, column in enumerate(values.T):
+        levels = np.unique(column)
+        if 2 <= len(levels) <= _LEVELS * len(column):
+            step = float(np.diff(levels).min())
+            multiples = (levels - levels[0]) / step
+            if np.abs(multiples - np.round(multiples)).max() < 0.01:
+                found[j] = step / math.sqrt(12.0)
+    return found
 
 
 def _uniform(t: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, str]:

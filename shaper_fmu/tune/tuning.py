@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from shaper_fmu.analysis.identification import Finding
+from shaper_fmu.analysis.identification import CONTRADICTING, Finding
 from shaper_fmu.tune.choice import Choice
 from shaper_fmu.tune.choice_search import Candidate
 from shaper_fmu.tune.experiment_range import PlantModes
@@ -17,13 +17,17 @@ from shaper_fmu.tune.verify import Verification
 from shaper_fmu.tune.verify_command import Command
 from shaper_fmu.tune.wish import Wish
 
-Verdict = Literal["tuned", "proven", "no_vibration", "unstable", "nothing_fits", "not_held", "not_verified"]
+Verdict = Literal["tuned", "proven", "no_vibration", "unstable", "nothing_fits", "not_held", "not_verified", "not_proven"]
 """tuned: the recommended shaper holds on the plant; proven: from measured data, so that there is no plant to try it on;
 no_vibration, unstable: there is nothing to shape, or nothing that shaping could help; nothing_fits: see `Choice.nearest`; not_held:
-on the plant the shaper leaves more than the tolerance; not_verified: no output settles, so that nothing could be compared."""
+on the plant the shaper leaves more than the tolerance; not_verified: no output settles, so that nothing could be compared;
+not_proven: findings speak against the modes that were found, or against there being none."""
 
 GOOD: tuple[Verdict, ...] = ("tuned", "proven", "no_vibration")
 """Verdicts after which nothing more is to be done."""
+
+AGAINST_NO_VIBRATION = (*CONTRADICTING, "nonlinear", "no_rest", "coupling", "failed", "modes_differ")
+"""Findings of experiments with which nobody can say that a plant does not vibrate."""
 
 UNKNOWN_MARGIN = 0.1
 """Of the natural frequencies, where nobody has said what varies."""

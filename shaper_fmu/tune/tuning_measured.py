@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from shaper_fmu.analysis.identification import CONTRADICTING
 from shaper_fmu.tune.boxes import ModeBox
 from shaper_fmu.tune.choice import choose
 from shaper_fmu.tune.experiment_range import ModeRange, Range
@@ -35,13 +36,22 @@ def tune_measured(
     found = Tuning(
         "proven", "", name, "", "", Command(), measured.outputs, {}, None, None, measured, None, None, (), measured.findings
     )  # fmt: skip
+    against = [one for one in measured.findings if one.code in CONTRADICTING]
+    told = "; ".join(one.text for one in against)
+    if any(one.code == "unstable" for one in against):
+        return replace(found, verdict="unstable", words=told)
+    if not modes and against:
+        return replace(found, verdict="not_proven", words=f"no mode was found, but {told}")
     if not modes:
-        return replace(found, verdict="no_vibration", words=f"{name} shows no vibration, so that no shaper is needed")
+        when = f"after {measured.excitation_end:g} s"
+        return replace(found, verdict="no_vibration", words=f"{name} shows no vibration {when}, so that no shaper is needed")
     ranges = [ModeRange(_only(m.natural_frequency), _only(m.damping_ratio), (m,)) for m in modes]
     boxes = [ModeBox.of_range(r, [float(a) for a in abs(m.residues[0])]) for r, m in zip(ranges, modes, strict=True)]
     choice = choose(boxes, wish)
     verdict: Verdict = "proven" if choice.recommended is not None else "nothing_fits"
-    return replace(found, verdict=verdict, words=choice.reason, choice=choice)
+    if not against:
+        return replace(found, verdict=verdict, words=choice.reason, choice=choice)
+    return replace(found, verdict="not_proven", words=f"{told}. If the modes were those found: {choice.reason}", choice=choice)
 
 
 def _only(value: float) -> Range:

@@ -16,7 +16,7 @@ from shaper_fmu.tune.choice_words import percent
 from shaper_fmu.tune.experiment_plant import Plant
 from shaper_fmu.tune.experiment_range import PlantModes, identify_plant
 from shaper_fmu.tune.shaped_plant import ShapedPlant
-from shaper_fmu.tune.tuning import Say, Tuning, Verdict, wish_for
+from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, wish_for
 from shaper_fmu.tune.tuning_trial import tightened, tried
 from shaper_fmu.tune.verify_command import Command
 from shaper_fmu.tune.wish import Wish
@@ -111,7 +111,11 @@ def _hopeless(modes: PlantModes) -> tuple[Verdict, str] | None:
         if one.code in _UNSTABLE:
             text = "no command shaper can help a plant that is unstable: stabilise it by feedback first, and tune the closed loop"
             return "unstable", f"{one.text}; {text}"
-    if not modes.nominal.modes:
-        said = [one.text for one in modes.findings if one.code in ("no_vibration", "overdamped")]
-        return "no_vibration", "; ".join(said) or "no mode of vibration was found; no shaper is needed"
-    return None
+    if modes.nominal.modes:
+        return None
+    against = [one.text for one in modes.findings if one.code in AGAINST_NO_VIBRATION]
+    against += [one.linear.text for one in modes.experiments if one.linear is not None and not one.linear.agrees]
+    if against:
+        return "not_proven", f"no mode of vibration was found at the nominal point, but {'; '.join(against)}"
+    said = [one.text for one in modes.findings if one.code in ("no_vibration", "overdamped")]
+    return "no_vibration", "; ".join(said) or "no mode of vibration was found; no shaper is needed"

@@ -1,0 +1,136 @@
+"""From where on a response is free, told by itself: the modes seen from there on are those that later beginnings show.
+
+Before the end of the excitation a sum of decaying exponentials can follow the motion, too, down to the noise; but its poles are of
+no machine, and move when one begins later. A mode is confirmed where a beginning half of its period (or, if that is
+shorter, a time constant) later shows the same pole.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from shaper_fmu.analysis.identification.findings import CONTRADICTING, disturbance
+from shaper_fmu.analysis.identification.identify import identify, left_by
+from shaper_fmu.analysis.identification.record import FEWEST_SAMPLES, FreeResponse, IdentificationError, free_response
+from shaper_fmu.analysis.identification.result import Identification, Mode
+
+BEGINNINGS = 32
+"""Of equal distances that are tried, from the last to the first."""
+_MOST_SAMPLES = 800
+_MOST_POLES = 12
+_PATIENCE = 2
+"""Beginnings in a row that are not free, after which there is no earlier one."""
+_SURE, _SAME, _FARTHEST = 5.0, 3e-3, 0.02
+"""Two poles are the same within so many standard deviations and this share of them; strictly not farther apart than the last."""
+_VISIBLE = 10.0
+"""Amplitude of a mode over the standard deviation of its residue at a later beginning, from which on it must be seen there."""
+
+
+class Beginnings:
+    """What a response shows from several beginnings on, each looked at once, by the means of neighbouring samples."""
+
+    def __init__(self, response: FreeResponse, smallest_share: float):
+        self._response, self._share = response, smallest_share
+        self._seen: dict[int, Identification | None] = {}
+
+    def seen(self, first: int) -> Identification | None:
+        """From the sample `first` on; None where nothing can be said."""
+        if first not in self._seen:
+            self._seen[first] = self._identified(first)
+        return self._seen[first]
+
+    def _identified(self, first: int) -> Identification | None:
+        values = self._response.values[first:]
+        every = max(1, math.ceil(len(values) / _MOST_SAMPLES))
+        if len(values) < FEWEST_SAMPLES * every:
+            return None
+        means = values[: len(values) // every * every].reshape(-1, every, values.shape[1]).mean(axis=1)
+        one = self._response
+        record = free_response(means, one.step * every, one.names, one.floor / math.sqrt(every))
+        try:
+            return identify(record, smallest_share=self._share, most_poles=_MOST_POLES)
+        except IdentificationError:
+            return None
+
+    def lost(self, first: int, *, strict: bool) -> Mode | None:
+        """A mode seen from `first` on that is not the same half of its period or a time constant later; None if all are.
+
+        Without `strict` modes that need no longer be visible there are passed over.
+        """
+        found = self.seen(first)
+        for mode in found.modes if found is not None else ():
+            constant = -1.0 / mode.pole.real if mode.pole.real < 0.0 else math.inf
+            delays = [min(0.5 * mode.period, constant), *(() if strict else (mode.period, 2.0 * mode.period))]
+            if not all(self._stays(mode, first, delay, strict) for delay in delays if strict or _visible(mode, delay)):
+                return mode
+        return None
+
+    def _stays(self, mode: Mode, first: int, delay: float, strict: bool) -> bool:
+        there = self.seen(first + max(1, math.ceil(delay / self._response.step)))
+        return there is not None and any(_is_same(mode, other, strict) for other in there.modes)
+
+    def explained(self, first: int, found: Identification) -> bool:
+        """Whether poles leave no more of the response at its beginning, from `first` on, than later."""
+        return not disturbance(left_by(cut(self._response, first), found))
+
+    def is_free(self, first: int) -> bool:
+        """Whether there are modes, all of them stay, and no finding speaks against the fit."""
+        found = self.seen(first)
+        if found is None or not found.modes or any(found.has(code) for code in CONTRADICTING):
+            return False
+        return self.lost(first, strict=True) is None
+
+
+def _visible(mode: Mode, delay: float) -> bool:
+    left = np.abs(mode.residues) * math.exp(mode.pole.real * delay)
+    return bool((left > _VISIBLE * mode.residue_std)[mode.residue_std > 0.0].any())
+
+
+def _is_same(one: Mode, other: Mode, strict: bool) -> bool:
+    spread = [math.hypot(m.natural_frequency_std, m.damping_ratio_std * m.natural_frequency) for m in (one, other)]
+    most = _SURE * math.hypot(*spread) + _SAME * abs(one.pole)
+    return abs(one.pole - other.pole) <= (min(most, _FARTHEST * abs(one.pole)) if strict else most)
+
+
+def first_free(response: FreeResponse, smallest_share: float) -> int | None:
+    """The first sample from which on a response is free, as far as it tells itself; None where it does not."""
+    looks = Beginnings(response, smallest_share)
+    free, before = None, 0
+    for first in _places(len(response.values)):
+        if looks.is_free(first):
+            free, before = first, 0
+        elif free is not None:
+            before += 1
+            if before >= _PATIENCE:
+                break
+    return _earlier(looks, free, max(0, free - _distance(response))) if free else free
+
+
+def _earlier(looks: Beginnings, free: int, least: int) -> int:
+    """The first sample from `least` on, from which the poles seen from `free` on explain the response, no worse than later."""
+    found = looks.seen(free)
+    assert found is not None  # it is free
+    low, high = least - 1, free  # not free, free
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if looks.explained(middle, found) else (middle, high)
+    return high
+
+
+def _distance(response: FreeResponse) -> int:
+    return math.ceil((len(response.values) - FEWEST_SAMPLES) / BEGINNINGS)
+
+
+def _places(count: int) -> Iterator[int]:
+    """Beginnings, the last one first."""
+    most = count - FEWEST_SAMPLES
+    yield from (most * k // BEGINNINGS for k in range(BEGINNINGS - 1, -1, -1))
+
+
+def cut(response: FreeResponse, first: int) -> FreeResponse:
+    """The response from the sample `first` on."""
+    return replace(response, values=response.values[first:])

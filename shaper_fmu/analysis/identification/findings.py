@@ -1,0 +1,121 @@
+"""Findings of an identification in words, and which of them speak against it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.stats import f as fisher
+
+from shaper_fmu.analysis.identification.classify import FEWEST_SAMPLES_PER_PERIOD, Parts
+from shaper_fmu.analysis.identification.projection import Fit
+from shaper_fmu.analysis.identification.record import Data
+from shaper_fmu.analysis.identification.result import Finding, Mode
+
+CONTRADICTING = (
+    "unstable", "growth", "too_slow", "too_fast", "poor", "not_converged", "coloured", "not_free", "assumed_free",
+)  # fmt: skip
+"""Findings with which the modes of a fit prove nothing."""
+_POOR = 0.1
+_ABOVE_FLOOR = 3.0
+"""Residuals below this many times the floor are nobody's business."""
+_CORRELATED = 0.3
+_BENT = 0.15
+"""Distance of the cumulative periodogram from white noise's straight line, from which on residuals are not white..."""
+_CERTAIN = 2.8
+"""... and that times the root of the number of frequencies: by chance in 3e-7 of all cases (2 exp(-2 x^2))."""
+_RESOLVED = 1e-6
+"""Residuals below this share of the response are rounding."""
+_FIRST = 8
+"""Samples of the shortest beginning that is compared with the rest."""
+_CHANCE = 1e-7
+
+
+def findings_of(parts: Parts, found: Fit, data: Data, smallest_share: float) -> list[Finding]:
+    """What the user should know, the weightiest first."""
+    findings = [Finding("poor", _poor(mode)) for mode in parts.modes if mode.natural_frequency_std > _POOR * mode.natural_frequency]
+    texts = {
+        "unstable": "unstable: a pair of poles at {pole:.4g} rad/s grows; no shaper helps, stabilise it first",
+        "growth": "unstable: a real pole at {pole.real:.4g} 1/s grows; no shaper helps, stabilise it first",
+        "drift": "it goes on moving at constant speed after the excitation: a rigid-body mode (two poles at 0), beside the rest",
+        "acceleration": "it goes on accelerating after the excitation (three poles at 0)",
+        "overdamped": "a pair of poles at {pole:.4g} rad/s decays before it swings, and needs no shaping",
+        "harmonic": "a pole at {pole:.4g} rad/s, {share:.2g} of the response, is a sum of other poles: a slight nonlinearity",
+        "too_slow": "a motion at {pole.imag:.3g} rad/s has too few periods in the record to be told; take a longer one",
+    }
+    for other in parts.others:
+        if other.kind in texts:
+            findings.append(Finding(other.kind, texts[other.kind].format(pole=other.pole, share=other.share)))
+        elif other.kind == "too_fast":
+            findings.append(Finding("too_fast", too_coarse(other.pole, data)))
+    minor = [other for other in parts.others if other.kind == "minor"]
+    if minor:
+        findings.append(Finding("minor", f"{len(minor)} poles have less than the smallest share of the response, and are not told"))
+    if not found.converged:
+        findings.append(Finding("not_converged", "the fit has not converged; its numbers are an estimate"))
+    findings += _of_residual(found, data, smallest_share)
+    if not parts.modes and not any(one.code in CONTRADICTING for one in findings):
+        findings.append(Finding("no_vibration", "it does not vibrate: there is no pair of poles that swings; no shaper is needed"))
+    return findings
+
+
+def too_coarse(pole: complex, data: Data) -> str:
+    """Why a pole cannot be told from its aliases."""
+    samples = 2.0 * np.pi / (pole.imag * data.step)
+    return (
+        f"the samples are too coarse: the motion at {pole.imag:.4g} rad/s has {samples:.3g} samples per period, and may be the "
+        f"alias of a faster one; at least {FEWEST_SAMPLES_PER_PERIOD:g} are needed, better 20: sample every "
+        f"{data.step * samples / 20.0:.2g} s"
+    )
+
+
+def _poor(mode: Mode) -> str:
+    return (
+        f"the mode at {mode.natural_frequency:.4g} rad/s is poorly known, +-{mode.natural_frequency_std:.2g} rad/s; "
+        "excite it more, or measure for longer"
+    )
+
+
+def _of_residual(found: Fit, data: Data, smallest_share: float) -> list[Finding]:
+    """Findings if what the fit leaves is no white noise of one size, where it matters beside the smallest share."""
+    columns = zip(found.residual, found.noise, data.floor, strict=True)
+    seen = [residual for residual, noise, floor in columns if noise > max(_ABOVE_FLOOR * floor, smallest_share)]
+    findings = []
+    worst = max((float(one[1:] @ one[:-1] / (one @ one)) for one in seen), default=0.0)
+    if worst > _CORRELATED or any(_is_bent(one) for one in seen):
+        told = f"correlation {worst:.2f} from sample to sample"
+        text = f"what the fit leaves is no white noise ({told}): the modes do not explain all, and the uncertainties are too small"
+        findings.append(Finding("coloured", text))
+    late = max((disturbed(one) for one in seen), default=0)
+    if late:
+        text = (
+            f"the fit leaves more in the first {late * data.step:.3g} s than later: the response is not free from its beginning "
+            "on, or was disturbed there"
+        )
+        findings.append(Finding("not_free", text))
+    return findings
+
+
+def _is_bent(residual: np.ndarray) -> bool:
+    """Bartlett's test for white noise: the cumulative periodogram is a straight line (Kolmogorov and Smirnov's bounds)."""
+    power = np.cumsum(np.abs(np.fft.rfft(residual)[1:]) ** 2)
+    count = len(power)
+    apart = float(np.abs(power / power[-1] - np.arange(1, count + 1) / count).max())
+    return apart > max(_BENT, _CERTAIN / math.sqrt(count))
+
+
+def disturbance(found: Fit) -> int:
+    """How many of the first samples are explained worse than the rest, in any column; 0 for none."""
+    return max((disturbed(one) for one in found.residual if np.abs(one).max() > _RESOLVED), default=0)
+
+
+def disturbed(residual: np.ndarray) -> int:
+    """How many of the first samples have a larger variance than the rest (F test), 0 for none."""
+    squares, longest, n = np.cumsum(residual * residual), 0, len(residual)
+    count = _FIRST
+    while count <= n // 4:
+        ratio = (squares[count - 1] / count) / ((squares[-1] - squares[count - 1]) / (n - count))
+        if ratio > fisher.isf(_CHANCE, count, n - count):
+            longest = count
+        count *= 2
+    return longest
