@@ -13,7 +13,7 @@ import numpy as np
 
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.calls import write_f8
-from shaper_fmu.master.event_loop import handle_event
+from shaper_fmu.master.event_loop import handle_event, has_changed
 from shaper_fmu.master.execution import execute, opened, rounding
 from shaper_fmu.master.transfers import compiled, inlined
 
@@ -135,10 +135,26 @@ def note(system, control, left):
 
 
 @inlined
+def _exchange(system, address, control, t):
+    """Exchange values after a step that ends at no event; a change of an input that is set in event mode alone is one."""
+    if control.exchange:
+        final = control.done >= control.steps
+        if not execute(system, control, system.final_program if final else system.exchange_program, t, 0.0):
+            return False
+    if system.watched.size == 0 or not has_changed(system):
+        return True
+    control.events += 1
+    note(system, control, True)
+    return handle_event(address, control, t, True)
+
+
+@inlined
 def take_step(system, address, control):
     """Step to the planned target and record; False if something failed."""
     t, target = control.t, control.target
     near = rounding(t, target - t)
+    if system.watched.size and not control.exchange and has_changed(system) and not handle_event(address, control, t, True):
+        return False  # a Python function's value has changed
     event = control.exact and _is_event(system, control, near)
     control.ends_at_event = 1 if event else 0
     off_grid = event and not control.at_grid
@@ -161,10 +177,8 @@ def take_step(system, address, control):
         note(system, control, True)
         if not handle_event(address, control, target, True):
             return False
-    elif control.exchange:
-        final = control.done >= control.steps
-        if not execute(system, control, system.final_program if final else system.exchange_program, target, 0.0):
-            return False
+    elif not _exchange(system, address, control, target):
+        return False
     note(system, control, False)
     return True
 

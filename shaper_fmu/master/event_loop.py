@@ -7,7 +7,7 @@ import numpy as np
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.calls import fmi3_update, read_f8, read_u1, simple_call
 from shaper_fmu.master.execution import execute, opened
-from shaper_fmu.master.transfers import compiled, fail, judge
+from shaper_fmu.master.transfers import compiled, fail, inlined, judge
 
 _MOST_UPDATES = 100
 
@@ -37,6 +37,24 @@ def _all_in_mode(instances, control, entering, t):
             if not judge(control, simple_call(address, (instance.handle,)), -1 - i, t, 1 if entering else 2):
                 return False
     return True
+
+
+@inlined
+def has_changed(system):
+    """Whether the source of an input has changed that is set in event mode alone."""
+    for i in range(system.watched.size):
+        if system.bus[system.watched[i].place] != system.watched[i].value:
+            return True
+    return False
+
+
+@inlined
+def _resume(system, control, t):
+    """Note what inputs have got in event mode, and set those that a step begins with."""
+    for i in range(system.watched.size):
+        if control.all_open:  # else a guard may have kept some from being set
+            system.watched[i].value = system.bus[system.watched[i].place]
+    return control.done >= control.steps or execute(system, control, system.resume_program, t, 0.0)
 
 
 @compiled
@@ -70,5 +88,5 @@ def handle_event(address, control, t, entering):
         if not execute(system, control, system.event_program, t, 0.0):
             return False
         if again == 0:
-            return _all_in_mode(system.instances, control, False, t)
+            return _all_in_mode(system.instances, control, False, t) and _resume(system, control, t)
     return fail(control, of.ENDLESS_EVENTS, 0, -1 - asking, 3, t)

@@ -8,7 +8,18 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from shaper_fmu.component import time_rounding
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.calls import fmi2_do_step, fmi2_set_slopes, fmi3_do_step, pointer_to, read_f8, read_u1, read_u8, write_f8
-from shaper_fmu.master.transfers import compiled, fail, get_reals, get_values, inlined, judge, keep_values, set_reals, set_values
+from shaper_fmu.master.transfers import (
+    compiled,
+    fail,
+    get_reals,
+    get_values,
+    inlined,
+    judge,
+    keep_values,
+    set_reals,
+    set_values,
+    touch_values,
+)
 
 rounding = inlined(time_rounding)
 CUT = 2
@@ -47,6 +58,8 @@ def opened(address):
         _program(a, 24),
         _program(a, 25),
         _program(a, 26),
+        _program(a, 27),
+        _array(a, 28, of.WATCHED),
     )
 
 
@@ -168,6 +181,8 @@ def execute(system, control, program, t, h):
             skipped = 0 if control.all_open or system.guards[number].open else system.guards[number].skip
         elif code == of.KEEP:
             keep_values(system.transfers[number])
+        elif code == of.TOUCH:
+            going = touch_values(system.transfers, control, number, t)
         elif code == of.HOLD:
             _hold(system.slopes, system.bus, t)
         else:

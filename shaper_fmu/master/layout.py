@@ -128,6 +128,9 @@ SOURCES_DIGEST = _sources_digest()
 GUARD = np.dtype([("first", "i4"), ("count", "i4"), ("skip", "i4"), ("due", "i4"), ("open", "i4")], align=True)
 """Of the operations after it in a program: its causes, how many operations it guards, whether one is due, whether they are done."""
 
+WATCHED = np.dtype([("place", "i4"), ("value", "f8")], align=True)
+"""Of an input that is set in event mode alone: its source's place on the bus, and the value that it has got."""
+
 JUMPS = -(1 << 30)
 """The cause that stands for jumps of tables; others are places of announced times on the bus, or -1 - instance."""
 
@@ -181,8 +184,9 @@ SIZES = {F8: 8, F4: 4, I1: 1, U1: 1, I2: 2, U2: 2, I4: 4, U4: 4, I8: 8, U8: 8, B
 # Kinds of metrics.
 EXTREMES, ENVELOPE, OUTSIDE, SQUARE = range(4)
 
-# Operations of a program: pairs of a code and what it works on. 2: reals, steps of FMI 2.0; KEEP: what has been set, to the bus.
-SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP = range(12)
+# Operations of a program: pairs of a code and what it works on. 2: reals, steps of FMI 2.0; KEEP: what has been set, to the bus;
+# TOUCH: reals, a bit beside their values.
+SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, TOUCH = range(13)
 
 # Faults.
 NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE = range(7)
@@ -220,6 +224,8 @@ class Layout(NamedTuple):
     final_program: np.ndarray  # the exchange after the last step
     event_program: np.ndarray  # the exchange at events
     event_read_program: np.ndarray
+    resume_program: np.ndarray  # between event mode and the next step
+    watched: np.ndarray  # sources of inputs that are set in event mode alone
 
 
 def addresses_of(layout: Layout) -> np.ndarray:

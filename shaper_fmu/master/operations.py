@@ -4,6 +4,8 @@ FMI allows no output to be read between the setting of inputs and the step (FMI 
 Step Mode): some FMUs' solvers are disturbed by it, others answer with what was. So outputs are read anew after a set only from
 instances through which values *pass*: while a system is initialized these are all, in events those in event mode, and at any
 time those that declare that they allow it (`Fmu.readable_after_set`). What other instances give is what their last step left.
+
+Discrete inputs of instances with event mode are set in it alone (FMI 3.0, Step Mode), so that a change of one is an event.
 """
 
 from __future__ import annotations
@@ -55,8 +57,9 @@ class Operations:
         in_event_mode = {name for name in names if self._instances[name].event_mode}
         reads = {name: self._read_after_step(name) for name in names}
         exchange = self._exchange(self._readable)
-        event = exchange if in_event_mode <= self._readable else self._exchange(self._readable | in_event_mode)
-        initial = exchange if self._readable >= set(names) else self._exchange(names)
+        alike = in_event_mode <= self._readable and not self.watched()
+        event = exchange if alike else self._exchange(self._readable | in_event_mode, between=False)
+        initial = exchange if alike and self._readable >= set(names) else self._exchange(names, between=False)
         event_read = [operation for name in names if name in self._readable | in_event_mode for operation in reads[name]]
         step, jump = self._steps(algorithm, reads, linear_inputs, slope_calls)
         return {
@@ -69,7 +72,32 @@ class Operations:
             "final": exchange if self._readable >= set(names) else self._exchange(self._readable, final=True),
             "event": event,
             "event_read": event_read,
+            "resume": self._resuming(in_event_mode - self._readable),
         }
+
+    def watched(self) -> list[int]:
+        """Where the sources of inputs are on the bus whose changes are events."""
+        ports = [port for port in [*self._system.signals, *self._connections] if not self._is_set_between(port[0], port[1])]
+        return [self._source_place(port[0])(port[1]) for port in ports]
+
+    def _is_set_between(self, name: str, variable: str) -> bool:
+        """Whether an input is set between steps, too, not in event mode alone."""
+        instance = self._instances[name]
+        return not instance.event_mode or instance.fmu.variables[variable].variability == "continuous"
+
+    def _resuming(self, names: Collection[str]) -> list[Operation]:
+        """Set continuous inputs again between event mode and the step.
+
+        Dymola 2023x hands its solver what is set in Step Mode alone, and takes a value for known that was set in event mode. So it
+        is touched before: set to a value a bit beside its own.
+        """
+        operations: list[Operation] = []
+        for name in names:
+            inputs = [v for v in self._inputs_of(name) if self._is_set_between(name, v)]
+            sets = self._setting(name, inputs) if inputs else []
+            touches = [(of.TOUCH, number) for code, number in sets if code != of.KEEP]
+            operations += self._guarded(name, [*touches, *sets]) if inputs else []
+        return operations
 
     def _steps(
         self,
@@ -91,11 +119,8 @@ class Operations:
         if algorithm == "jacobi":
             step = [*hold, *slopes, *step_of.values(), *read_all]
             return step, step
-        sets = {
-            name: self._setting(name, self._inputs_of(name), linear_inputs)
-            for name in self._system.instance_order()
-            if self._inputs_of(name)
-        }
+        between = {name: [v for v in self._inputs_of(name) if self._is_set_between(name, v)] for name in self._instances}
+        sets = {name: self._setting(name, between[name], linear_inputs) for name in self._system.instance_order() if between[name]}
         guarded = [operation for name, operations in sets.items() for operation in self._guarded(name, operations)]
         before = [*([(of.TABLES_BEFORE, 0)] if self._has_tables() else []), *hold]
         jump = [*before, *guarded, *slopes, *step_of.values(), *read_all]
@@ -106,13 +131,17 @@ class Operations:
             step += [*sets.get(name, []), *slopes_of.get(name, []), step_of[name], *reads[name]]
         return step, jump
 
-    def _exchange(self, passing: Collection[str], final: bool = False) -> list[Operation]:
-        """Set all inputs, causes before effects, where values pass through the instances `passing` without delay.
+    def _exchange(self, passing: Collection[str], final: bool = False, between: bool = True) -> list[Operation]:
+        """Set inputs, causes before effects, where values pass through the instances `passing` without delay.
 
-        With `final` the others' inputs are only noted: no step follows, so that what they give may still be asked for.
+        With `final` the others' inputs are only noted: no step follows, so that what they give may still be asked for. `between`
+        steps not all inputs are set, at other times they are.
         """
         operations: list[Operation] = [(of.TABLES_NOW, 0)] if self._has_tables() else []
-        for name, inputs in self._ordered_inputs(passing):
+        for name, all_inputs in self._ordered_inputs(passing):
+            inputs = [variable for variable in all_inputs if not between or self._is_set_between(name, variable)]
+            if not inputs:
+                continue
             operations += self._guarded(name, self._setting(name, inputs, calling=not final or name in passing))
             if name in passing:
                 operations += self._reading(name, self._follows(name, set(inputs)))

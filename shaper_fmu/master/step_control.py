@@ -112,7 +112,8 @@ class _Saved:
         self._states = {name: instance.save_state() for name, instance in program.instances.items()}
         layout = program.layout
         self._arrays = [
-            (array, array.copy()) for array in (layout.bus, layout.tables, layout.instances, layout.slopes, layout.guards)
+            (array, array.copy())
+            for array in (layout.bus, layout.tables, layout.instances, layout.slopes, layout.guards, layout.watched)
         ]
         self._numbers = {name: control[name].item() for name in of.CONTROL.names or ()}
 

@@ -54,6 +54,7 @@ def inlined(function: Callable[..., Any]) -> Any:
     return compiled(function, forceinline=True)
 
 
+_BESIDE_ZERO = 1e-30
 _LARGEST_F4 = 3.4028234663852886e38
 _ELEMENT_SIZE = np.uintp(of.ELEMENT.itemsize)
 
@@ -201,6 +202,20 @@ def set_values(transfers, control, number, t):
             return fail(control, of.NOT_FINITE, 0, number, np.int64(i), t)
         if not _put(transfer.kind, at, value):
             return fail(control, of.NOT_IN_RANGE, 0, number, np.int64(i), t)
+        at += size
+        e += _ELEMENT_SIZE
+    return judge(control, _call_transfer(transfer), number, t)
+
+
+@compiled
+def touch_values(transfers, control, number, t):
+    """Set real inputs to values a bit beside their own, so that setting these is a change, even to those who compare."""
+    transfer = transfers[number]
+    size, bit = np.uintp(_size(transfer.kind)), 2.0**-52 if transfer.kind == of.F8 else 2.0**-23
+    at, e = transfer.values, transfer.elements
+    for _ in range(transfer.element_count):
+        value = _scaled(e)
+        _put(transfer.kind, at, value * (1.0 - bit) if value != 0.0 else _BESIDE_ZERO)
         at += size
         e += _ELEMENT_SIZE
     return judge(control, _call_transfer(transfer), number, t)

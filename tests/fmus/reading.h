@@ -1,7 +1,8 @@
 /* A lag, x' = (u - x) / T, exact for a held input, with a solver that must not be disturbed: what FMI 2.0 and 3.0 share.
    FMI allows no reading between the setting of an input and the step. Who does it all the same gets an error (`strict` = 1), or
    finds that the next step goes nowhere (`strict` = 0), as solvers of other tools are disturbed by it, without a word.
-   With `strict` = 2 it refuses steps that are not as long as its first one, to the bit. */
+   With `strict` = 2 it refuses steps that are not as long as its first one, to the bit. With `strict` = 3 the solver gets a value of
+   u where it is set in Step Mode and differs from what it was set to before, as Dymola 2023x does it. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -14,7 +15,7 @@ enum { U, X, THROUGH, LOAD, COUNT_IN, COUNT_OUT, STRICT, CLOCK, SIZE }; /* value
 
 typedef struct {
     double value[SIZE];
-    double steps, first_step;
+    double steps, first_step, solver_u;
     int event_mode;
     int stepping; /* initialized, and not in event mode */
     int set;      /* an input has been set since the last step */
@@ -31,11 +32,13 @@ static void evaluate(Lag *self) {
 }
 
 static void set(Lag *self, unsigned reference, double value) {
+    if (reference == U && self->stepping && value != self->value[U])
+        self->solver_u = value;
     self->value[reference] = value;
     self->set = 1;
 }
 
-static void initialized(Lag *self) { self->stepping = !self->event_mode, self->set = 0; }
+static void initialized(Lag *self) { self->stepping = !self->event_mode, self->set = 0, self->solver_u = self->value[U]; }
 
 static void reset(Lag *self) {
     int event_mode = self->event_mode;
@@ -63,7 +66,8 @@ static int step(Lag *self, double h) {
     if (v[STRICT] == 2.0 && h != self->first_step)
         return 0;
     if (!self->disturbed) {
-        v[X] = v[U] + (v[X] - v[U]) * exp(-h / TIME_CONSTANT);
+        double u = v[STRICT] == 3.0 ? self->solver_u : v[U];
+        v[X] = u + (v[X] - u) * exp(-h / TIME_CONSTANT);
         self->steps += 1.0;
     }
     self->set = self->disturbed = 0;

@@ -1,4 +1,4 @@
-/* The lag for FMI 3.0, with event mode where it is wanted: in it values may be read. */
+/* The lag for FMI 3.0, with event mode where it is wanted: in it values may be read, and in it alone its discrete input be set. */
 
 #include "reading.h"
 
@@ -49,7 +49,10 @@ EXPORT fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, f
     EXPORT fmi3Status fmi3Set##Type(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##Type values[],           \
                                     size_t m) {                                                                                   \
         for (size_t i = 0; i < n; i++)                                                                                            \
-            set(c, vr[i], values[i]);                                                                                             \
+            if (vr[i] == COUNT_IN && ((Lag *)c)->event_mode && ((Lag *)c)->stepping)                                              \
+                return log_message(NULL, fmi3Error, "logStatus", "discrete input set in Step Mode"), fmi3Error;                   \
+            else                                                                                                                  \
+                set(c, vr[i], values[i]);                                                                                             \
         return fmi3OK;                                                                                                            \
     }
 TRANSFER(Float64)
