@@ -97,12 +97,6 @@ class Fmu:
         return self.version == 3 and bool(getattr(self.co_simulation, "hasEventMode", False))
 
     @property
-    def has_faulty_event_mode(self) -> bool:
-        """Whether its event mode is known to give wrong values: an input that jumps there, set as the standard has it, leaves
-        FMUs of Dymola 2023x off by more than what it moves. Those of 2024x are right."""
-        return self.has_event_mode and str(self.description.generationTool or "").startswith("Dymola Version 2023x")
-
-    @property
     def default_tolerance(self) -> float | None:
         """The tolerance of its solver in its default experiment, None if there is none that makes sense."""
         experiment = self.description.defaultExperiment

@@ -77,18 +77,7 @@ def _listed(words: list[str], most: int = 4) -> str:
 
 def system_notes(system: System) -> tuple[str, ...]:
     """Notes on FMUs whose descriptions have findings, on all open inputs, and on enumerations that integers feed."""
-    return (*_description_notes(system), *_event_mode_notes(system), *_open_input_notes(system), *_item_notes(system))
-
-
-def _event_mode_notes(system: System) -> list[str]:
-    """FMUs that are kept out of event mode, because it is known to be wrong, and those that a user has put there."""
-    notes = []
-    for name, fmu in system.fmus.items():
-        if fmu.has_faulty_event_mode:
-            unused = name in system.without_event_mode
-            use = "is not used, so that its own events end no step" if unused else "is used all the same"
-            notes.append(f"{name}: the event mode of {fmu.name} ({fmu.description.generationTool}) is known to go wrong; it {use}")
-    return notes
+    return (*_description_notes(system), *_open_input_notes(system), *_item_notes(system))
 
 
 def _description_notes(system: System) -> list[str]:

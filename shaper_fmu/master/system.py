@@ -55,8 +55,7 @@ class System:
         self.event_outputs.append(self._port(output, "output"))
 
     def use_event_mode(self, name: str, use: bool) -> None:
-        """Whether an FMI 3.0 instance is used with event mode, if it has one (default: yes, but for FMUs of Dymola 2023x, which
-        go wrong in it)."""
+        """Whether an FMI 3.0 instance is used with event mode, if it has one (default: yes). Some FMUs misbehave in it."""
         self.split(f"{name}.")
         (self.without_event_mode.discard if use else self.without_event_mode.add)(name)
 
@@ -89,8 +88,6 @@ class System:
         loaded, rest = _structured(name, loaded, {**(start or {}), **values})
         self.start_values[name] = _prefixed(name, loaded, rest)
         self.fmus[name] = loaded
-        if loaded.has_faulty_event_mode:
-            self.use_event_mode(name, False)
 
     def set(self, name: str, value: Any) -> None:
         """Change a start value: "instance.variable", for example "crane.initial_rope_length"."""
