@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,7 @@ import typer
 from rich.table import Table
 
 from shaper_fmu import __version__
+from shaper_fmu.cli_arguments import PAGE, finite, input_file, output_file, positive, wrong_usage
 from shaper_fmu.cli_build import build
 from shaper_fmu.cli_check import check
 from shaper_fmu.cli_design import design
@@ -19,7 +21,7 @@ from shaper_fmu.cli_reproduce import reproduce
 from shaper_fmu.cli_sweep import export_store, report_store, sweep
 from shaper_fmu.cli_tune import tune
 from shaper_fmu.console import err, out
-from shaper_fmu.errors import ModelError, ShaperFmuError
+from shaper_fmu.errors import ModelError, ShaperFmuError, UsageError
 from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.progress import progress
 
@@ -53,8 +55,9 @@ def list_components(
         for name, component in components().items():
             table.add_row(name, summary(component))
         out.print(table)
-    for name in names or []:
-        component = find_component(name)
+    with wrong_usage("NAMES"):
+        found = {name: find_component(name) for name in names or []}
+    for name, component in found.items():
         table = Table(
             "variable", "causality", "type", "unit", "start", "domain", "description", title=f"{name}: {summary(component)}"
         )
@@ -77,7 +80,7 @@ app.add_typer(new, name="new")
 
 @app.command()
 def run(
-    system: Annotated[Path, typer.Argument(help="SSP archive (.ssp).")],
+    system: Annotated[Path, typer.Argument(help="SSP archive (.ssp).", callback=input_file(".ssp"))],
     variant: Annotated[
         str | None, typer.Option(help="Variant to run: another .ssd file of the archive. Default: SystemStructure.ssd.")
     ] = None,
@@ -89,17 +92,24 @@ def run(
         list[str] | None,
         typer.Option("--set", help="Start value, for example plant.mass=2, or of the system's own inputs; may be repeated."),
     ] = None,
-    stop_time: Annotated[float | None, typer.Option(help="Stop time [s]. Default: the system's.")] = None,
-    step: Annotated[float | None, typer.Option(help="Communication step [s]. Default: the system's.")] = None,
+    stop_time: Annotated[float | None, typer.Option(help="Stop time [s]. Default: the system's.", parser=finite)] = None,
+    step: Annotated[float | None, typer.Option(help="Communication step [s]. Default: the system's.", parser=positive)] = None,
     algorithm: Annotated[Algorithm | None, typer.Option(help="Master algorithm. Default: the system's, or jacobi.")] = None,
     grid: Annotated[
         bool, typer.Option("--grid", help="Keep to the communication step, instead of ending steps at events.")
     ] = False,
     everywhere: Annotated[bool, typer.Option("--events", help="Results at events, too, on both sides of jumps.")] = False,
-    output: Annotated[Path | None, typer.Option(help="Write all outputs to this CSV file.")] = None,
-    report: Annotated[Path | None, typer.Option(help="Write a page with the time responses, and a picture of each.")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(help="Write all outputs to this table: .csv or .parquet.", callback=output_file(".csv", ".parquet")),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(help="Write a page (.html) with the time responses, and a picture of each.", callback=output_file(*PAGE)),
+    ] = None,
 ) -> None:
     """Run the system of an SSP archive and print the outputs' last values."""
+    from shaper_fmu.master.simulation import number_of_steps
     from shaper_fmu.report.page import write_report
     from shaper_fmu.report.run_report import run_blocks
     from shaper_fmu.ssp.archive import load_ssp
@@ -114,17 +124,22 @@ def run(
         name, equals, value = setting.partition("=")
         if not equals:
             raise typer.BadParameter(f"{setting!r} is not of the form instance.variable=value", param_hint="--set")
-        loaded.set(name, value)
+        with wrong_usage("--set"):
+            loaded.set(name, value)
     if algorithm is None and loaded.structure.settings:
         told = loaded.structure.settings[0]
         algorithm = told.algorithm
         if algorithm != "jacobi":
             err.print(f"note: algorithm {algorithm}, as the annotation of {told.tool} says", markup=False)
+    given = stop_time is not None or step is not None
     stop_time = stop_time if stop_time is not None else loaded.structure.stop_time
     step = step if step is not None else loaded.structure.step_size
     if stop_time is None or step is None:
         raise typer.BadParameter("the system tells no stop time or step size; give --stop-time and --step")
-    start_time, begin = loaded.structure.start_time or 0.0, time.perf_counter()
+    start_time = loaded.structure.start_time or 0.0
+    with wrong_usage("--stop-time or --step") if given else nullcontext():
+        number_of_steps(loaded.system, start_time, stop_time, step)
+    begin = time.perf_counter()
     with progress(f"running {loaded.system.name}, simulated time [s]", err) as update:
         results = loaded.simulate(
             stop_time,
@@ -145,7 +160,8 @@ def run(
         table.add_row(name, f"{column[-1]:.6g}", unit)
     out.print(table)
     if output:
-        results.to_csv(output)
+        write = results.to_parquet if output.suffix.lower() == ".parquet" else results.to_csv
+        write(output)
         out.print(f"wrote {output}")
     if report:
         for path in write_report(report, f"Run of {loaded.system.name}", run_blocks(results)):
@@ -156,13 +172,10 @@ def main() -> None:
     """The command `shaper-fmu`."""
     try:
         app()
-    except ModelError as error:
-        for problem in error.problems:
-            err.print(f"error: {problem}", markup=False)
-        sys.exit(1)
     except ShaperFmuError as error:
-        err.print(f"error: {error}", markup=False)
-        sys.exit(1)
+        for problem in error.problems if isinstance(error, ModelError) else [error]:
+            err.print(f"error: {problem}", markup=False)
+        sys.exit(2 if isinstance(error, UsageError) else 1)
     except OSError as error:
         err.print(f"error: {error.filename or 'output'}: {error.strerror or error}")
         sys.exit(1)

@@ -12,6 +12,7 @@ from typing import Annotated
 
 import typer
 
+from shaper_fmu.cli_arguments import input_file, output_file, output_folder, wrong_usage
 from shaper_fmu.component import Component
 from shaper_fmu.console import err, out
 from shaper_fmu.progress import progress
@@ -34,7 +35,7 @@ def build(
         list[str] | None,
         typer.Argument(help="Components, Python files with components, or folders of SSP systems. Default: all components."),
     ] = None,
-    output: Annotated[Path, typer.Option(help="Folder for the FMUs.")] = Path("fmus"),
+    output: Annotated[Path, typer.Option(help="Folder for the FMUs.", callback=output_folder)] = Path("fmus"),
     backend: Annotated[
         _Backend, typer.Option(help="native: machine code, no Python inside; python: the source, run by the host's Python.")
     ] = _Backend.native,
@@ -55,12 +56,15 @@ def build(
     """
     from shaper_fmu.export.build import build_fmu
     from shaper_fmu.export.native.toolchain import PLATFORMS
-    from shaper_fmu.ssp.archive import pack_ssp
+    from shaper_fmu.ssp.archive import archive_of, pack_ssp
 
-    folders = [name for name in names or [] if Path(name).is_dir()]
+    folders = [name for name in names or [] if os.path.isdir(name)]
+    input_file()([Path(name) for name in names or [] if name.endswith(".py") and name not in folders])
+    _check(folders, platforms or [], backend, fmi)
     components = _components(names, folders)
     if starts or name:
         components = [_starting_at(components, starts or [], name)]
+    output_file()([*(output / f"{component.__name__}.fmu" for component in components), *map(archive_of, folders)])
 
     def make(component: type[Component], said: Said) -> Path:
         chosen = platforms or []
@@ -74,15 +78,37 @@ def build(
 
 
 def _components(names: list[str] | None, folders: list[str]) -> list[type[Component]]:
-    from shaper_fmu.registry import components, find_component, load_components
+    from shaper_fmu.registry import components, load_components
 
     if not names:
         return list(components().values())
     found = []
     for name in names:
         if name not in folders:
-            found += load_components(Path(name)) if name.endswith(".py") else [find_component(name)]
+            found += load_components(Path(name)) if name.endswith(".py") else [_component(name)]
     return found
+
+
+def _component(name: str) -> type[Component]:
+    from shaper_fmu.registry import find_component
+
+    with wrong_usage("NAMES"):
+        return find_component(name)
+
+
+def _check(folders: list[str], platforms: list[str], backend: _Backend, fmi: _Fmi) -> None:
+    """Raise BadParameter for what cannot be built, whatever is in the files."""
+    from shaper_fmu.export.native.toolchain import platform_named
+    from shaper_fmu.ssp.names import DESCRIPTION
+
+    for folder in folders:
+        if not (Path(folder) / DESCRIPTION).is_file():
+            raise typer.BadParameter(f"{folder}: no {DESCRIPTION} in this folder", param_hint="NAMES")
+    with wrong_usage("--platform"):
+        for name in platforms:
+            platform_named(name)
+    if backend is _Backend.python and fmi is not _Fmi.two:
+        raise typer.BadParameter("the python backend builds FMI 2.0 only; FMI 3.0 needs --backend native", param_hint="--fmi")
 
 
 def _starting_at(components: list[type[Component]], starts: list[str], name: str) -> type[Component]:
@@ -93,7 +119,8 @@ def _starting_at(components: list[type[Component]], starts: list[str], name: str
     for start in starts:
         if "=" not in start:
             raise typer.BadParameter(f"{start!r} is not of the form variable=value", param_hint="--start")
-    return with_start_values(components[0], dict(start.split("=", 1) for start in starts), name)
+    with wrong_usage("--start"):
+        return with_start_values(components[0], dict(start.split("=", 1) for start in starts), name)
 
 
 def _built(components: list[type[Component]], make: Callable[[type[Component], Said], Path], parts: int) -> list[Path]:

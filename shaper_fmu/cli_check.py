@@ -7,11 +7,12 @@ from typing import Annotated
 
 import typer
 
+from shaper_fmu.cli_arguments import input_file
 from shaper_fmu.console import out
 
 
 def check(
-    files: Annotated[list[Path], typer.Argument(help="FMUs (.fmu) and SSP archives (.ssp).")],
+    files: Annotated[list[Path], typer.Argument(help="FMUs (.fmu) and SSP archives (.ssp).", callback=input_file())],
     portable: Annotated[
         bool, typer.Option("--portable", help="Tell also what of an SSP archive other tools ignore, refuse or do otherwise.")
     ] = False,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shaper_fmu.cli_modes import design_for_modes, write_page
+from shaper_fmu import cli_arguments as check
+from shaper_fmu.cli_modes import design_for_modes, write_plot
 from shaper_fmu.console import out, show
 from shaper_fmu.errors import ComponentError, nearest
 from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind
@@ -58,32 +59,59 @@ def design(
     ],
     natural_frequency: Annotated[
         list[float] | None,
-        typer.Option("--natural-frequency", "-w", help="Undamped natural frequency [rad/s]; repeat it for several modes."),
+        typer.Option(
+            "--natural-frequency",
+            "-w",
+            help="Undamped natural frequency [rad/s]; repeat it for several modes.",
+            parser=check.positive,
+        ),
     ] = None,
     damping_ratio: Annotated[
-        list[float] | None, typer.Option("--damping-ratio", "-z", help="Damping ratio; once, or once for each mode.")
+        list[float] | None,
+        typer.Option("--damping-ratio", "-z", help="Damping ratio; once, or once for each mode.", parser=check.damping_ratio),
     ] = None,
-    tolerance: Annotated[float, typer.Option(help="Tolerated residual vibration V: of EI, SI, the insensitivity.")] = 0.05,
-    negative_amplitude: Annotated[float, typer.Option(help="Size of the negative impulse of sna_zv.")] = 0.5,
-    equal_impulses: Annotated[int, typer.Option(help="Number of impulses of miszv.")] = 3,
+    tolerance: Annotated[
+        float, typer.Option(help="Tolerated residual vibration V: of EI, SI, the insensitivity.", parser=check.share)
+    ] = 0.05,
+    negative_amplitude: Annotated[
+        float,
+        typer.Option(help="Size of the negative impulse of sna_zv.", parser=check.number("0 < b <= 1", lambda b: 0.0 < b <= 1.0)),
+    ] = 0.5,
+    equal_impulses: Annotated[
+        int, typer.Option(help="Number of impulses of miszv.", parser=check.number("2 to 16", lambda n: 2 <= n <= 16, int))
+    ] = 3,
     low: Annotated[
-        float | None, typer.Option(help="Lowest natural frequency: that si tolerates, that V is proven from [rad/s].")
+        float | None,
+        typer.Option(help="Lowest natural frequency: that si tolerates, that V is proven from [rad/s].", parser=check.positive),
     ] = None,
-    high: Annotated[float | None, typer.Option(help="Highest natural frequency, the same [rad/s].")] = None,
+    high: Annotated[float | None, typer.Option(help="Highest natural frequency, the same [rad/s].", parser=check.positive)] = None,
     damping_range: Annotated[
         tuple[float, float] | None,
-        typer.Option(help="Damping ratios that V is proven for, with --low and --high."),
+        typer.Option(help="Damping ratios that V is proven for, with --low and --high.", parser=check.damping_ratio),
     ] = None,
-    distance: Annotated[float, typer.Option(help="Distance of a profile [m].")] = 1.0,
+    distance: Annotated[float, typer.Option(help="Distance of a profile [m].", parser=check.finite)] = 1.0,
     duration: Annotated[
-        float | None, typer.Option(help="Duration of a profile (default: the shortest) or pulse train [s].")
+        float | None,
+        typer.Option(help="Duration of a profile (default: the shortest) or pulse train [s].", parser=check.not_negative),
     ] = None,
-    max_velocity: Annotated[float, typer.Option(help="Speed that a profile never exceeds [m/s].")] = NO_LIMIT,
-    max_acceleration: Annotated[float, typer.Option(help="Acceleration that a profile never exceeds [m/s2].")] = NO_LIMIT,
-    frequency_ratio: Annotated[float, typer.Option(help="Carrier frequency over the damped one, of pulse trains.")] = 13.0,
-    minimum_pulse_width: Annotated[float, typer.Option(help="Shortest pulse or gap of pulse trains [s].")] = 0.0,
+    max_velocity: Annotated[
+        float, typer.Option(help="Speed that a profile never exceeds [m/s].", parser=check.positive)
+    ] = NO_LIMIT,
+    max_acceleration: Annotated[
+        float, typer.Option(help="Acceleration that a profile never exceeds [m/s2].", parser=check.positive)
+    ] = NO_LIMIT,
+    frequency_ratio: Annotated[
+        float, typer.Option(help="Carrier frequency over the damped one, of pulse trains.", parser=check.positive)
+    ] = 13.0,
+    minimum_pulse_width: Annotated[
+        float, typer.Option(help="Shortest pulse or gap of pulse trains [s].", parser=check.not_negative)
+    ] = 0.0,
     modes: Annotated[
-        Path | None, typer.Option(help="Choose which modes to shape: a file of a step response's modes (TOML or JSON).")
+        Path | None,
+        typer.Option(
+            help="Choose which modes to shape: a file of a step response's modes (TOML or JSON).",
+            callback=check.input_file(".toml", ".json"),
+        ),
     ] = None,
     other: Annotated[
         list[str] | None, typer.Option("--or", help="With --modes: another shaper that each mode may have instead; repeatable.")
@@ -91,7 +119,13 @@ def design(
     settling: Annotated[
         bool, typer.Option("--settling", help="With --modes: the earliest settling instead of the shortest shaper.")
     ] = False,
-    plot: Annotated[Path | None, typer.Option(help="Write a page with the curves to this file, and a picture of each.")] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write the curves: a page (.html) and a picture of each, or all in one picture (.png, .svg).",
+            callback=check.output_file(*check.PAGE, *check.PICTURE),
+        ),
+    ] = None,
 ) -> None:
     """Design a shaper, a profile or a pulse train: print its numbers and figures of merit, plot its sensitivity.
 
@@ -112,14 +146,15 @@ def design(
         kind, natural_frequency or [], damping_ratio or [0.0], tolerance, negative_amplitude, equal_impulses, low, high,
         damping_range, distance, duration, max_velocity, max_acceleration, frequency_ratio, minimum_pulse_width,
     )  # fmt: skip
-    blocks = _blocks(wanted)
+    with check.wrong_usage():
+        blocks = _blocks(wanted)
     for block in blocks:
         if isinstance(block, Table):
             show(block)
     if len(wanted.frequencies) > 1:
         out.print(f"The figures of merit are for the first mode, {wanted.frequencies[0]:g} rad/s.")
     if plot:
-        write_page(plot, f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s", blocks)
+        write_plot(plot, f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s", blocks)
 
 
 def _blocks(wanted: _Wanted) -> list[Block]:
@@ -134,8 +169,6 @@ def _blocks(wanted: _Wanted) -> list[Block]:
         wanted.frequencies.append(0.5 * (wanted.low + wanted.high))
     if not wanted.frequencies:
         raise typer.BadParameter("give at least one", param_hint="--natural-frequency")
-    if not 0.0 < wanted.tolerance < 1.0:
-        raise typer.BadParameter(f"{wanted.tolerance} is not between 0 and 1", param_hint="--tolerance")
     mode = Mode(wanted.frequencies[0], wanted.ratios[0], wanted.tolerance)
     if wanted.kind in PROFILES:
         from shaper_fmu.profiles.design import profile

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from shaper_fmu.cli_arguments import PICTURE, wrong_usage
 from shaper_fmu.console import out, show
 from shaper_fmu.report.page import Table, Text
 
@@ -18,8 +19,12 @@ def design_for_modes(path: Path, kinds: list[str], tolerance: float, settling: b
     """Read the modes, choose, print the tables and the reason; exit code 1 if no set is good enough."""
     from shaper_fmu.analysis.mode_file import read_modes
     from shaper_fmu.report.mode_report import mode_blocks
-    from shaper_fmu.shapers.mode_selection import select_modes
+    from shaper_fmu.shapers.design import shaper
+    from shaper_fmu.shapers.mode_selection import distinct_kinds, select_modes
 
+    with wrong_usage("KIND"):
+        for kind in distinct_kinds(kinds):
+            shaper(kind, 1.0, 0.0, **options)
     response = read_modes(path)
     selection = select_modes(response, kinds, tolerance, objective="settling" if settling else "duration", **options)
     blocks = mode_blocks(response, selection, kinds[0], **options)
@@ -29,14 +34,20 @@ def design_for_modes(path: Path, kinds: list[str], tolerance: float, settling: b
         elif isinstance(block, Text):
             out.print(block.text)
     if plot:
-        write_page(plot, f"Modes to shape: {path.name}", blocks)
+        write_plot(plot, f"Modes to shape: {path.name}", blocks)
     if not selection.feasible:
         raise typer.Exit(1)
 
 
-def write_page(path: Path, title: str, blocks: list[Block]) -> None:
-    """Write the page and its pictures, and tell which files."""
+def write_plot(path: Path, title: str, blocks: list[Block]) -> None:
+    """Write a page and its pictures, or all figures into one picture, as the path ends; and tell which files."""
+    from shaper_fmu.report.figures import Figure
     from shaper_fmu.report.page import write_report
+    from shaper_fmu.report.pictures import write_pictures
 
-    for written in write_report(path, title, blocks):
+    if path.suffix.lower() in PICTURE:
+        files = [write_pictures([block for block in blocks if isinstance(block, Figure)], path)]
+    else:
+        files = write_report(path, title, blocks)
+    for written in files:
         out.print(f"wrote {written}")

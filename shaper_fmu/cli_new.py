@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from shaper_fmu.cli_arguments import damping_ratio as damping
+from shaper_fmu.cli_arguments import input_file, output_file, positive, wrong_usage
 from shaper_fmu.console import err, out
 from shaper_fmu.progress import progress
 
@@ -20,15 +22,20 @@ def _new() -> None:
 
 @app.command("system")
 def new_system(
-    plant: Annotated[Path, typer.Option(help="The plant (.fmu).")],
+    plant: Annotated[Path, typer.Option(help="The plant (.fmu).", callback=input_file(".fmu"))],
     input_: Annotated[str, typer.Option("--input", help="The plant's input that is to be moved, such as a force.")],
     output: Annotated[str, typer.Option(help="The plant's output to look at, such as a position.")],
-    output_file: Annotated[Path | None, typer.Option(help="Archive to write. Default: <plant>_shaped.ssp.")] = None,
+    target: Annotated[
+        Path | None,
+        typer.Option("--output-file", help="Archive to write. Default: <plant>_shaped.ssp.", callback=output_file(".ssp")),
+    ] = None,
     shaper: Annotated[str, typer.Option(help="Shaper: none, zv, zvd, zvdd, zvddd, ei, ...")] = "zv",
     natural_frequency: Annotated[
-        float | None, typer.Option(help="Natural frequency [rad/s]. Default: what the plant tells, or 2 pi.")
+        float | None, typer.Option(help="Natural frequency [rad/s]. Default: what the plant tells, or 2 pi.", parser=positive)
     ] = None,
-    damping_ratio: Annotated[float | None, typer.Option(help="Damping ratio. Default: what the plant tells, or 0.")] = None,
+    damping_ratio: Annotated[
+        float | None, typer.Option(help="Damping ratio. Default: what the plant tells, or 0.", parser=damping)
+    ] = None,
 ) -> None:
     """Put a reference and the input shaper in front of a plant, as an SSP archive.
 
@@ -38,18 +45,18 @@ def new_system(
         shaper-fmu run crane_shaped.ssp --report shaped.html
         shaper-fmu run crane_shaped.ssp --parameter-set unshaped --report unshaped.html
     """
-    from shaper_fmu.ssp.template import SHAPERS, write_template
+    from shaper_fmu.master.fmu import load_fmu
+    from shaper_fmu.ssp.template import SHAPERS, check_ports, write_template
 
     if shaper not in SHAPERS:
         raise typer.BadParameter(f"{shaper!r} is none of {', '.join(SHAPERS)}", param_hint="--shaper")
-    for name, value in (("--natural-frequency", natural_frequency), ("--damping-ratio", damping_ratio)):
-        low, high = (0.0, 1e9) if name == "--natural-frequency" else (-1e-300, 1.0)
-        if value is not None and not low < value < high:
-            raise typer.BadParameter(f"{value} is not between {max(low, 0.0):g} and {high:g}", param_hint=name)
-    target = output_file or Path(f"{plant.stem}_shaped.ssp")
+    path: Path = output_file(".ssp")(target or Path(f"{plant.stem}_shaped.ssp"))
+    fmu = load_fmu(plant)
+    with wrong_usage("--input or --output"):
+        check_ports(fmu, input_, output)
     with progress("writing the system", err):
         written = write_template(
-            plant, input_, output, target, kind=shaper, natural_frequency=natural_frequency, damping_ratio=damping_ratio
+            fmu, input_, output, path, kind=shaper, natural_frequency=natural_frequency, damping_ratio=damping_ratio
         )
     out.print(f"wrote {written.path}: profile.{written.profile_output} -> shaper -> plant.{input_}")
     told = f"{shaper} for {written.natural_frequency:.6g} rad/s and the damping ratio {written.damping_ratio:.6g}"

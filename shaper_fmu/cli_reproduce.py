@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table as RichTable
 from rich.text import Text as RichText
 
+from shaper_fmu.cli_arguments import output_folder
 from shaper_fmu.console import err, out
 from shaper_fmu.errors import ShaperFmuError, nearest
 from shaper_fmu.progress import progress
@@ -26,7 +27,7 @@ _STYLES = {"reproduced": "green", "not reproduced": "red", "not decidable": "yel
 
 def reproduce(
     name: Annotated[str, typer.Argument(help=f"What to run again: {', '.join(NAMES)}, or all.")] = "all",
-    output: Annotated[Path, typer.Option(help="Folder for the pages and pictures.")] = Path("results"),
+    output: Annotated[Path, typer.Option(help="Folder for the pages and pictures.", callback=output_folder)] = Path("results"),
 ) -> None:
     """Run the papers' studies again through the FMUs: a verdict for each claim, a page and pictures.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from shaper_fmu.cli_arguments import PAGE, STORE, index, input_file, output_file, wrong_usage
 from shaper_fmu.console import err, out, show
 from shaper_fmu.progress import progress, runs_progress
 
@@ -20,11 +21,14 @@ _MOST_REASONS = 10
 
 
 def sweep(
-    study: Annotated[Path, typer.Argument(help="Study file (.toml).")],
-    store: Annotated[Path | None, typer.Option(help="Store of the results. Default: results/<study's folder>.sqlite.")] = None,
+    study: Annotated[Path, typer.Argument(help="Study file (.toml).", callback=input_file(".toml"))],
+    store: Annotated[
+        Path | None,
+        typer.Option(help="Store of the results. Default: results/<study's folder>.sqlite.", callback=output_file(*STORE)),
+    ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(min=0, help="Worker processes; 0 runs everything in this one. Default: one for each processor."),
+        typer.Option(help="Worker processes; 0 runs everything in this one. Default: one for each processor.", parser=index),
     ] = None,
     dask: Annotated[
         str | None,
@@ -69,9 +73,11 @@ def sweep(
     if workers is not None and dask not in (None, "local"):
         raise typer.BadParameter("a cluster has its own workers; give one of --workers and --dask", param_hint="--workers")
     planned = read_study(study)
-    target = store or Path("results") / f"{study.resolve().parent.name}.sqlite"
+    target = output_file()(store or Path("results") / f"{study.resolve().parent.name}.sqlite")
+    with wrong_usage("--dask" if dask else "--workers"):
+        engine = engine_for(workers, dask)
     target.parent.mkdir(parents=True, exist_ok=True)
-    counts = _run(planned, target, engine_for(workers, dask), retry_failed)
+    counts = _run(planned, target, engine, retry_failed)
     failed, total = counts.get("failed", 0), sum(counts.values())
     _print_results(target)
     out.print(f"{counts.get('done', 0)} of {total} runs done, in {target}")
@@ -133,8 +139,10 @@ def _failure_lines(data: SweepData) -> list[str]:
 
 
 def report_store(
-    store: Annotated[Path, typer.Argument(help=_STORE)],
-    output: Annotated[Path, typer.Option(help="Page to write; pictures are put beside it.")] = Path("report.html"),
+    store: Annotated[Path, typer.Argument(help=_STORE, callback=input_file())],
+    output: Annotated[
+        Path, typer.Option(help="Page to write (.html); pictures are put beside it.", callback=output_file(*PAGE))
+    ] = Path("report.html"),
 ) -> None:
     """Write the report of a sweep: one self-contained page, and a picture of each figure.
 
@@ -151,12 +159,17 @@ def report_store(
 
 
 def export_store(
-    store: Annotated[Path, typer.Argument(help=_STORE)],
+    store: Annotated[Path, typer.Argument(help=_STORE, callback=input_file())],
     output: Annotated[
         Path,
-        typer.Option(help="Table to write: .csv, or .parquet (needs the package pyarrow); with --run a parameter set (.ssv)."),
+        typer.Option(
+            help="Table to write: .csv, or .parquet (needs the package pyarrow); with --run a parameter set (.ssv).",
+            callback=output_file(".csv", ".parquet", ".ssv"),
+        ),
     ],
-    run: Annotated[int | None, typer.Option(help="Number of one run, whose start values are written as a parameter set.")] = None,
+    run: Annotated[
+        int | None, typer.Option(help="Number of one run, whose start values are written as a parameter set.", parser=index)
+    ] = None,
 ) -> None:
     """Write the runs of a sweep as a table, one row a run: case, start values, metrics, status, reason, seconds, attempts.
 
@@ -181,9 +194,7 @@ def export_store(
     from shaper_fmu.sweep.export import WRITERS
     from shaper_fmu.sweep.store import Store
 
-    write = WRITERS.get(output.suffix.lower())
-    if write is None:
-        raise typer.BadParameter(f"{output.name!r} must end with {' or '.join(WRITERS)}", param_hint="--output")
+    write = WRITERS[output.suffix.lower()]
     with Store(store) as opened, progress(f"writing {output.name}", err) as update:
         count = write(opened, output, update)
     out.print(f"wrote {output}: {count} runs")

@@ -9,15 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from shaper_fmu.cli_arguments import finite, input_file, number, output_folder, positive, wrong_usage
 from shaper_fmu.console import err, out, show
 
 if TYPE_CHECKING:
+    from shaper_fmu.master.fmu import Fmu
+    from shaper_fmu.master.system import System
     from shaper_fmu.tune.tuning import Tuning
 
 _TABLES = (".csv", ".parquet", ".tsv", ".txt")
 
 
-def share(text: str) -> float:
+def share(text: str, option: str | None = None) -> float:
     """A share, written as 5% or 0.05. Raises BadParameter for anything else."""
     number = text.strip()
     try:
@@ -25,14 +28,17 @@ def share(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise typer.BadParameter(f"{text!r} is no share; write 5% or 0.05")
+        raise typer.BadParameter(f"{text!r} is no share; write 5% or 0.05", param_hint=option)
     return value
 
 
 def tune(
     plant: Annotated[
         Path,
-        typer.Argument(help="The plant (.fmu), a system with a free input (.ssp), or a measured response (.csv, .parquet)."),
+        typer.Argument(
+            help="The plant (.fmu), a system with a free input (.ssp), or a measured response (.csv, .parquet).",
+            callback=input_file(".fmu", ".ssp", *_TABLES),
+        ),
     ],
     input_: Annotated[
         str,
@@ -44,7 +50,12 @@ def tune(
     tolerance: Annotated[str, typer.Option(help="Residual vibration that is tolerated, as a share of the unshaped.")] = "5%",
     nominal: Annotated[str, typer.Option(help="The same for the nominal plant; never more than --tolerance.")] = "1%",
     max_delay: Annotated[
-        float, typer.Option(help="How much later than the unshaped command the shaped one may end [s].", show_default="any")
+        float,
+        typer.Option(
+            help="How much later than the unshaped command the shaped one may end [s].",
+            show_default="any",
+            parser=number("at least 0", lambda x: x >= 0.0),
+        ),
     ] = math.inf,
     vary: Annotated[
         list[str] | None, typer.Option(help="A parameter of the plant that varies, such as mass=10%; repeatable.")
@@ -58,19 +69,29 @@ def tune(
     ] = None,
     amplitude: Annotated[
         float | None,
-        typer.Option(help="Size of the plant's commands, in the input's unit. Default: what the description suggests."),
+        typer.Option(
+            help="Size of the plant's commands, in the input's unit. Default: what the description suggests.",
+            parser=number("a finite number but 0", lambda x: math.isfinite(x) and x != 0.0),
+        ),
     ] = None,
     duration: Annotated[
-        float | None, typer.Option(help="A guess how long some periods of the slowest mode take [s]. Default: what the FMU tells.")
+        float | None,
+        typer.Option(
+            help="A guess how long some periods of the slowest mode take [s]. Default: what the FMU tells.", parser=positive
+        ),
     ] = None,
     kinds: Annotated[
         list[str] | None, typer.Option("--kind", help="A shaper to choose from, such as zvd; repeatable. Default: all.")
     ] = None,
     allow_negative: Annotated[bool, typer.Option("--allow-negative", help="Shapers may have negative impulses.")] = False,
     excitation_end: Annotated[
-        float | None, typer.Option(help="When the measured response becomes free [s]. Default: from --input, or a guess.")
+        float | None,
+        typer.Option(help="When the measured response becomes free [s]. Default: from --input, or a guess.", parser=finite),
     ] = None,
-    output_folder: Annotated[Path | None, typer.Option(help="Folder for what is written. Default: <plant>_tuned.")] = None,
+    folder: Annotated[
+        Path | None,
+        typer.Option("--output-folder", help="Folder for what is written. Default: <plant>_tuned.", callback=output_folder),
+    ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Whether to write the report.")] = True,
 ) -> None:
     """Identify a plant's modes, choose a shaper for them, and verify it on the plant.
@@ -87,22 +108,29 @@ def tune(
     from shaper_fmu.tune.outputs import write_tuning
     from shaper_fmu.tune.tuning import wish_for
 
-    spread = {name: share(text) for name, text in _pairs(vary, "--vary", "mass=10%").items()}
-    allowed = share(tolerance)
+    spread = {name: share(text, "--vary") for name, text in _pairs(vary, "--vary", "mass=10%").items()}
+    allowed = share(tolerance, "--tolerance")
     wanted: dict[str, Any] = {
-        "tolerance": allowed, "nominal_tolerance": min(allowed, share(nominal)), "damping_margin": share(damping_margin),
+        "tolerance": allowed, "nominal_tolerance": min(allowed, share(nominal, "--nominal")),
+        "damping_margin": share(damping_margin, "--damping-margin"),
         "longest_delay": max_delay, "kinds": tuple(kinds) if kinds else None, "allow_negative": allow_negative,
     }  # fmt: skip
     if margin is not None:
-        wanted["frequency_margin"] = share(margin)
-    wish = wish_for(spread, **wanted)
+        wanted["frequency_margin"] = share(margin, "--margin")
+        if not 0.0 <= wanted["frequency_margin"] < 1.0:
+            raise typer.BadParameter(f"{margin} is outside its domain: at least 0% and less than 100%", param_hint="--margin")
+    if wanted["damping_margin"] < 0.0:
+        raise typer.BadParameter(f"{damping_margin} is outside its domain: at least 0%", param_hint="--damping-margin")
+    with wrong_usage():
+        wish = wish_for(spread, **wanted)
+    target: Path = output_folder(folder or Path(f"{plant.stem}_tuned"))
     start_values = _pairs(settings, "--set", "mass=2")
     if plant.suffix.lower() in _TABLES:
         found = _of_table(plant, input_, outputs, wish, excitation_end, [*spread, *start_values])
     else:
         found = _of_plant(plant, input_, outputs, wish, spread, start_values, amplitude=amplitude, duration=duration)
     _tell(found)
-    written = write_tuning(found, output_folder or Path(f"{plant.stem}_tuned"), report=report, say=_say)
+    written = write_tuning(found, target, report=report, say=_say)
     for path in written:
         if path.suffix != ".png":
             out.print(f"wrote {path}")
@@ -127,10 +155,16 @@ def _pairs(given: Sequence[str] | None, option: str, example: str) -> dict[str, 
 def _of_table(
     path: Path, input_: str, outputs: list[str] | None, wish: Any, excitation_end: float | None, of_plants: list[str]
 ) -> Tuning:
+    from shaper_fmu.tune.measured_table import read_table
     from shaper_fmu.tune.tuning_measured import tune_measured
 
     if of_plants:
         raise typer.BadParameter(f"a measured response has no parameter {of_plants[0]!r}", param_hint="--vary or --set")
+    table = read_table(path)
+    for option, names in (("--input", [input_] if input_ else []), ("--output", outputs or [])):
+        with wrong_usage(option):
+            for name in names:
+                table[name]
     return tune_measured(path, outputs, wish=wish, input=input_ or None, excitation_end=excitation_end)
 
 
@@ -143,19 +177,41 @@ def _of_plant(
     start_values: dict[str, str],
     **options: Any,
 ) -> Tuning:
+    from shaper_fmu.master.fmu import load_fmu
     from shaper_fmu.ssp.archive import load_ssp
+    from shaper_fmu.tune.experiment_plant import alone_system
     from shaper_fmu.tune.tuning_plant import tune_plant
 
     if not input_:
         raise typer.BadParameter("name the input that gets the commands", param_hint="--input")
     if path.suffix.lower() != ".ssp":
-        return tune_plant(path, input_, outputs, wish=wish, spread=spread, start_values=start_values, say=_say, **options)
+        fmu = load_fmu(path)
+        alone_system(fmu, {})
+        with wrong_usage("--set"):
+            alone_system(fmu, start_values)
+        _check_names(fmu, input_, outputs, spread, start_values)
+        return tune_plant(fmu, input_, outputs, wish=wish, spread=spread, start_values=start_values, say=_say, **options)
     loaded = load_ssp(path)
     for note in loaded.notes:
         err.print(f"note: {note}")
     for name, value in start_values.items():
-        loaded.set(name, value)
+        with wrong_usage("--set"):
+            loaded.set(name, value)
+    _check_names(loaded.system, input_, outputs, spread, None)
     return tune_plant(loaded.system, input_, outputs, wish=wish, spread=spread, say=_say, **options)
+
+
+def _check_names(
+    source: Fmu | System, input_: str, outputs: list[str] | None, spread: dict[str, float], start_values: dict[str, str] | None
+) -> None:
+    """Raise BadParameter for names that the plant does not have, before the experiments with it begin."""
+    from shaper_fmu.tune.experiment_plant import Plant
+    from shaper_fmu.tune.shaped_plant import ShapedPlant
+
+    with wrong_usage("--input or --output"):
+        Plant(source, input_, outputs, start_values)
+    with wrong_usage("--vary"):
+        ShapedPlant(source, input_, start_values).nominal_values(spread)
 
 
 def _tell(found: Tuning) -> None:

@@ -12,8 +12,9 @@ from pathlib import Path
 def draft_of(path: Path) -> Iterator[Path]:
     """A file beside `path` to write into; at the end it takes the place of `path`, and after an error it is gone.
 
-    Its name is always the same: what a killed process has left is written over.
+    Missing folders are made. Its name is always the same: what a killed process has left is written over.
     """
+    path.parent.mkdir(parents=True, exist_ok=True)
     draft = path.with_name(f".{path.name}.draft")
     try:
         yield draft

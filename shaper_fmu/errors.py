@@ -11,8 +11,16 @@ class ShaperFmuError(Exception):
     """Base of every error that shaper-fmu raises on purpose; its text is meant for the user."""
 
 
+class UsageError(ShaperFmuError):
+    """What the caller names is not there, and nothing is wrong with where it was looked for; a command exits with 2."""
+
+
 class ComponentError(ShaperFmuError):
     """A component is declared wrongly, or was given a value or a sequence of calls that it cannot serve."""
+
+
+class NoSolutionError(ComponentError):
+    """The values are within their domains, but no command was found that does what they ask for."""
 
 
 class BuildError(ShaperFmuError):
@@ -21,6 +29,10 @@ class BuildError(ShaperFmuError):
 
 class ArchiveError(ShaperFmuError):
     """An FMU or SSP archive is missing, damaged or hostile."""
+
+
+class NotInArchiveError(ArchiveError, UsageError):
+    """An archive has no variant or parameter set of the name that is asked for."""
 
 
 class ModelError(ShaperFmuError):

@@ -183,12 +183,12 @@ def test_export_writes_by_the_ending(workshop):
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
-        (["export", "s.sqlite", "--output", "runs.xlsx"], 2, "'runs.xlsx' must end with .csv or .parquet"),
+        (["export", "s.sqlite", "--output", "runs.xlsx"], 2, "'runs.xlsx' must end with .csv, .parquet or .ssv"),
         (["export", "s.sqlite"], 2, "Missing option"),
-        (["export", "none.sqlite", "--output", "runs.csv"], 1, "error: none.sqlite: no such store"),
+        (["export", "none.sqlite", "--output", "runs.csv"], 2, "none.sqlite: No such file"),
         (["sweep", "study.toml", "--workers", "-1"], 2, "--workers"),
         (["sweep", "study.toml", "--workers", "2", "--dask", "tcp://host:8786"], 2, "a cluster has its own workers"),
-        (["sweep", "none.toml"], 1, "error: none.toml: No such file"),
+        (["sweep", "none.toml"], 2, "none.toml: No such file"),
     ],
 )
 def test_errors_are_one_line_with_an_exit_code(workshop, arguments, code, words):

@@ -236,16 +236,16 @@ def test_a_measured_response(tmp_path):
     ("arguments", "code", "words"),
     [
         (["--output", "position"], 2, "name the input"),
-        (["--input", "forse", "--output", "position"], 1, "Did you mean 'force'?"),
-        (["--input", "force", "--output", "positon"], 1, "Did you mean 'position'?"),
+        (["--input", "forse", "--output", "position"], 2, "Did you mean 'force'?"),
+        (["--input", "force", "--output", "positon"], 2, "Did you mean 'position'?"),
         (["--input", "force", "--tolerance", "5 percent"], 2, "is no share; write 5% or 0.05"),
-        (["--input", "force", "--tolerance", "200%"], 1, "outside its domain 0 < tolerance < 1"),
+        (["--input", "force", "--tolerance", "200%"], 2, "outside its domain 0 < tolerance < 1"),
         (["--input", "force", "--vary", "mass"], 2, "is not of the form mass=10%"),
-        (["--input", "force", "--vary", "mas=10%"], 1, "Did you mean 'mass'?"),
-        (["--input", "force", "--vary", "mass=-10%"], 1, "cannot vary by"),
-        (["--input", "force", "--kind", "zvf"], 1, "there is no shaper or profile 'zvf'"),
-        (["--input", "force", "--set", "mass=heavy"], 1, "heavy"),
-        (["--input", "force", "--max-delay", "-1"], 1, "it cannot be negative"),
+        (["--input", "force", "--vary", "mas=10%"], 2, "Did you mean 'mass'?"),
+        (["--input", "force", "--vary", "mass=-10%"], 2, "cannot vary by"),
+        (["--input", "force", "--kind", "zvf"], 2, "there is no shaper or profile 'zvf'"),
+        (["--input", "force", "--set", "mass=heavy"], 2, "heavy"),
+        (["--input", "force", "--max-delay", "-1"], 2, "-1 is outside its domain: at least 0"),
     ],
 )
 def test_wrong_usage_is_told_and_nothing_written(fmus, tmp_path, arguments, code, words):
@@ -261,8 +261,8 @@ def test_files_that_are_no_plants(tmp_path):
     (tmp_path / "empty.csv").write_text("time,x\n")
     for name in ("broken.fmu", "missing.fmu", "missing.ssp", "empty.csv", "missing.csv"):
         done = tuned(name, "--input", "force", cwd=tmp_path)
-        assert done.returncode == 1, (name, done.stderr)
-        assert done.stderr.startswith("error: ") or "error: " in done.stderr
+        assert done.returncode == (2 if "missing" in name else 1), (name, done.stderr)
+        assert "error: " in done.stderr.lower()
         assert "Traceback" not in done.stderr
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from shaper_fmu.archives import write_file
 from shaper_fmu.drafts import draft_of
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
 from shaper_fmu.spreadsheets import safe_text
@@ -57,6 +58,19 @@ class Results:
             writer.writerows(
                 zip(*[[repr(x) for x in column.tolist()] for column in (self.time, *self.values.values())], strict=True)
             )
+
+    def to_parquet(self, path: Path | str) -> None:
+        """Write a Parquet table of 64-bit numbers, with each column's unit in its metadata. Needs the package pyarrow."""
+        try:
+            import pyarrow
+            from pyarrow import parquet
+        except ImportError:
+            raise ShaperFmuError("to_parquet needs the package pyarrow: pip install 'shaper-fmu[parquet]'") from None
+        units = {"time": "s", **{name: self.units.get(name, "") for name in self.values}}
+        schema = pyarrow.schema([pyarrow.field(name, pyarrow.float64(), metadata={"unit": unit}) for name, unit in units.items()])
+        stream = pyarrow.BufferOutputStream()
+        parquet.write_table(pyarrow.table([self.time, *self.values.values()], schema=schema), stream)
+        write_file(Path(path), stream.getvalue().to_pybytes())
 
     def to_xarray(self) -> Any:
         """An xarray.Dataset over the coordinate "time", with units as attributes. Needs the package xarray."""

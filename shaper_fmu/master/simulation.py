@@ -281,6 +281,9 @@ def number_of_steps(system: System, start_time: float, stop_time: float, step: f
     """How many communication steps a run takes; the last one may be shorter. Raises ModelError for times that make no sense."""
     if not (all(map(math.isfinite, (start_time, stop_time, step))) and step > 0.0 and stop_time >= start_time):
         raise ModelError([f"cannot run from {start_time} s to {stop_time} s in steps of {step} s"])
+    span = stop_time - start_time
+    if 0.0 < span * (1.0 + 1e-9) < step:
+        raise ModelError([f"a step of {step:g} s does not fit into a run of {span:g} s; give a step of {span:g} s at most"])
     if step < 16.0 * math.ulp(max(abs(start_time), abs(stop_time))) or (stop_time - start_time) / step > _MOST_STEPS:
         raise ModelError(
             [f"steps of {step} s from {start_time} s to {stop_time} s are too small or too many ({_MOST_STEPS:g} at most)"]

@@ -125,14 +125,16 @@ def write_report(
 ) -> list[Path]:
     """Write the page and pictures of each figure, <page>_<figure>.png or .svg; returns all paths, the page first.
 
-    Raises ShaperFmuError when the report's extra packages are missing.
+    Raises ShaperFmuError for a path that does not end as a page, and when the report's extra packages are missing.
     """
+    path = Path(path)
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise ShaperFmuError(f"{path}: a report is a page, and its file's name ends with .html")
     try:
         from shaper_fmu.report.interactive import interactive, interactive_map, plotly_script
         from shaper_fmu.report.pictures import write_map_picture, write_picture
     except ImportError as error:
         raise ShaperFmuError(f"reports need the package {error.name}: pip install 'shaper-fmu[report]'") from None
-    path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
 
     def shown(block: Block) -> tuple[str, object]:

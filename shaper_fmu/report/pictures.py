@@ -6,6 +6,7 @@ import textwrap
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -24,9 +25,19 @@ _STYLES = {"solid": "-", "dash": "--", "dashdot": "-.", "dot": ":"}
 
 def write_picture(figure: Figure, *paths: Path) -> Path:
     """Draw the figure into files, PNG or SVG by the paths' ends; returns the first path."""
-    canvas = Canvas(figsize=(8.0, 4.5), layout="constrained")
+    return write_pictures([figure], *paths)
+
+
+def write_pictures(figures: Sequence[Figure], *paths: Path) -> Path:
+    """Draw the figures one below the other into files, PNG or SVG by the paths' ends; returns the first path."""
+    canvas = Canvas(figsize=(8.0, 4.5 * len(figures)), layout="constrained")
     FigureCanvasAgg(canvas)
-    axes = canvas.add_subplot()
+    for axes, figure in zip(canvas.subplots(len(figures), squeeze=False).flat, figures, strict=True):
+        _draw(figure, axes)
+    return _save(canvas, paths)
+
+
+def _draw(figure: Figure, axes: Any) -> None:
     for line, (colour, dash), symbol in zip(figure.lines, figure.styles(), figure.symbols(), strict=True):
         axes.plot(
             line.x, line.y, color=colour, label=_words(line.name),
@@ -65,7 +76,6 @@ def write_picture(figure: Figure, *paths: Path) -> Path:
     axes.grid(True, linewidth=0.4, color="#cccccc")
     if figure.lines:
         axes.legend(framealpha=0.85, edgecolor="none")
-    return _save(canvas, paths)
 
 
 def write_map_picture(map_: Map, *paths: Path) -> Path:
@@ -105,7 +115,7 @@ def _save(canvas: Canvas, paths: Sequence[Path]) -> Path:
         canvas.set_layout_engine("none")  # it is laid out now, once for all files
         for path in paths:
             path.parent.mkdir(parents=True, exist_ok=True)
-            metadata = {"Date": None} if path.suffix == ".svg" else {"Software": None}
+            metadata = {"Date": None} if path.suffix.lower() == ".svg" else {"Software": None}
             with matplotlib.rc_context({"svg.hashsalt": path.stem}):  # the same file for the same figure
                 canvas.savefig(path, dpi=150, metadata=metadata)
     return paths[0]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from shaper_fmu.errors import ComponentError, nearest
+from shaper_fmu.errors import ComponentError, NoSolutionError, nearest
 from shaper_fmu.shapers.kinds import Shaper, design_mode
 from shaper_fmu.shapers.sequence import ImpulseSequence, convolve_all
 from shaper_fmu.shapers.workspace import DesignWorkspace
@@ -58,7 +58,9 @@ def shaper(
         if count == 0:
             reached = f"the damping ratio {zeta:g}, only up to {workspace.damping:.4g}"
             options = f"vibration_tolerance {vibration_tolerance:g}, negative_amplitude {negative_amplitude:g}"
-            raise ComponentError(f"no {chosen.name} shaper was found for {reached} ({options}); choose another shaper or tolerance")
+            raise NoSolutionError(
+                f"no {chosen.name} shaper was found for {reached} ({options}); choose another shaper or tolerance"
+            )
         delays = tuple(t / w for t in workspace.factor_delay[:count])
         sequences.append(ImpulseSequence(tuple(workspace.factor_amplitude[:count]), delays, workspace.certificate_left))
     return convolve_all(sequences)

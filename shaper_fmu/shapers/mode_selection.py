@@ -107,7 +107,7 @@ def select_modes(
     options = {
         "vibration_tolerance": vibration_tolerance, "negative_amplitude": negative_amplitude, "equal_impulses": equal_impulses
     }  # fmt: skip
-    search = _Search(response, _distinct(kinds), options)
+    search = _Search(response, distinct_kinds(kinds), options)
     if objective == "settling":
         return search.earliest_settling(tolerance)
     return search.shortest(tolerance)
@@ -118,7 +118,7 @@ def mode_sets(response: ModalResponse, kind: str = "zvd", **options: Any) -> lis
 
     `options` are those of `shaper`. Raises ComponentError for sets of more than `MOST_IMPULSES` together.
     """
-    search = _Search(response, _distinct(kind), options)
+    search = _Search(response, distinct_kinds(kind), options)
     search.check_count()
     return [search.measured(choice) for choice in search.by_duration()]
 
@@ -241,7 +241,8 @@ class _Search:
         return first, least or first
 
 
-def _distinct(kinds: str | Sequence[str]) -> tuple[str, ...]:
+def distinct_kinds(kinds: str | Sequence[str]) -> tuple[str, ...]:
+    """The kinds, each once. Raises ComponentError if there is none, or one that is no shaper."""
     found = tuple(dict.fromkeys([kinds] if isinstance(kinds, str) else kinds))
     if not found:
         raise ComponentError("give at least one kind of shaper")

@@ -19,7 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ComponentError, NoSolutionError
 from shaper_fmu.shapers.lp_exchange import grid_solution, peaks, shortest_on_grid
 from shaper_fmu.shapers.lp_layout import Band, GeneralLayout, Layout, layout_for, to_sequence
 from shaper_fmu.shapers.lp_polish import band_constraints, polished, starting_point
@@ -106,7 +106,7 @@ def design(bands: Sequence[Band]) -> ImpulseSequence:
         if best is not None and best.duration <= expected * (1.0 + _COARSE):
             return best
     if best is None:
-        raise ComponentError("no sequence was found that meets the tolerances; widen them or narrow the bands")
+        raise NoSolutionError("no sequence was found that meets the tolerances; widen them or narrow the bands")
     return best
 
 

@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import linprog
 
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ComponentError, NoSolutionError
 from shaper_fmu.shapers.lp_layout import GeneralLayout, Layout, layout_for, to_sequence
 from shaper_fmu.shapers.lp_polish import Constraints, polished
 from shaper_fmu.shapers.sequence import ImpulseSequence, convolve_all
@@ -138,7 +138,7 @@ def _least_residual(
     options = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
     result = linprog(cost, matrix, np.zeros(len(matrix)), 1.0 - cost[None], [1.0], method="highs", options=options)
     if result.x is None:
-        raise ComponentError(f"the linear programme of the shaper was not solved: {result.message}")
+        raise NoSolutionError(f"the linear programme of the shaper was not solved: {result.message}")
     return result.x[:n], positions, float(result.x[n])
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
 from shaper_fmu.archives import read_archive, read_file, write_archive
-from shaper_fmu.errors import ArchiveError, BuildError, ModelError, ShaperFmuError, nearest
+from shaper_fmu.errors import ArchiveError, BuildError, ModelError, NotInArchiveError, ShaperFmuError, nearest
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.master.fmu import Fmu, fmu_from_bytes
 from shaper_fmu.master.system import System
@@ -77,7 +77,7 @@ def read_variant(files: Mapping[str, bytes], variant: str | None = None) -> Syst
         description = read_description(files[name], name)
         if description.name == variant:
             return description
-    raise ArchiveError(f"there is no variant {variant!r}.{nearest(variant, [name.removesuffix('.ssd') for name in known])}")
+    raise NotInArchiveError(f"there is no variant {variant!r}.{nearest(variant, [name.removesuffix('.ssd') for name in known])}")
 
 
 def _load_fmus(flat: Flat, problems: list[str]) -> dict[str, Fmu]:
@@ -213,4 +213,11 @@ def pack_ssp(folder: Path | str, fmus: Path | str, target: Path | str | None = N
                     f"{folder}: component {place.path!r} needs {fmu}, which is not there; run 'shaper-fmu build' first"
                 )
             files[place.source] = fmu.read_bytes()
-    return write_archive(Path(target) if target else folder.with_name(folder.name + ".ssp"), files)
+    return write_archive(Path(target) if target else archive_of(folder), files)
+
+
+def archive_of(folder: Path | str) -> Path:
+    """The archive that a folder is packed into: beside it, and of its name."""
+    folder = Path(folder)
+    named = folder if folder.name not in ("", "..") else folder.resolve()
+    return named.with_name(named.name + ".ssp")

@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from shaper_fmu.archives import read_file
-from shaper_fmu.errors import ArchiveError, ModelError, nearest
+from shaper_fmu.errors import ArchiveError, ModelError, NotInArchiveError, nearest
 from shaper_fmu.ssp.loaded import SspSystem
 from shaper_fmu.ssp.parameters import Settings, settings_of
 from shaper_fmu.ssp.read import read_parameter_set
@@ -49,4 +49,4 @@ def _content(loaded: SspSystem, which: Path | str) -> tuple[str, bytes]:
             return name, loaded.parameter_sets[name]
     known = [Path(name).stem for name in loaded.parameter_sets]
     inside = f"the archive has none of that name.{nearest(path.stem, known)}" if known else "the archive has no parameter sets"
-    raise ArchiveError(f"{which}: there is no such file, and {inside}")
+    raise NotInArchiveError(f"{which}: there is no such file, and {inside}")

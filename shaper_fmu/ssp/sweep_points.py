@@ -6,11 +6,15 @@ from pathlib import Path
 from typing import Any
 
 from shaper_fmu.archives import write_file
-from shaper_fmu.errors import StudyError
+from shaper_fmu.errors import StudyError, UsageError
 from shaper_fmu.ssp.export import parameter_set
 from shaper_fmu.ssp.write import write_parameter_set
 from shaper_fmu.sweep.engine import load_stored_system
 from shaper_fmu.sweep.store import Store
+
+
+class NoSuchRunError(StudyError, UsageError):
+    """A store has no run of the number that is asked for."""
 
 
 def write_point(store: Path | str, run: int, path: Path | str) -> dict[str, Any]:
@@ -22,7 +26,7 @@ def write_point(store: Path | str, run: int, path: Path | str) -> dict[str, Any]
         found = next((known for known in opened.iterate() if known.id == run), None)
         if found is None:
             total = sum(opened.counts().values())
-            raise StudyError(
+            raise NoSuchRunError(
                 f"{store}: there is no run {run}; the runs are numbered, {total} of them, as the table of 'export' shows"
             )
         system = load_stored_system(opened).system

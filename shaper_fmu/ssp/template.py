@@ -36,7 +36,7 @@ class Template:
 
 
 def write_template(
-    plant: Path | str,
+    plant: Path | str | Fmu,
     input_: str,
     output: str,
     path: Path | str,
@@ -51,8 +51,8 @@ def write_template(
     else 2 pi rad/s and 0 are taken, which the user has to correct in resources/shaper.ssv. The folder parameter_sets/ holds the
     same run without a shaper. Raises ModelError for an input or output that the plant does not have.
     """
-    fmu = load_fmu(plant)
-    _check(fmu, input_, output)
+    fmu = plant if isinstance(plant, Fmu) else load_fmu(plant)
+    check_ports(fmu, input_, output)
     asked = _asked(fmu) if natural_frequency is None else {}
     frequency = natural_frequency or asked.get("natural_frequency", 0.0)
     known = frequency > 0.0
@@ -80,7 +80,8 @@ def write_template(
     return Template(written, frequency, damping, known, profile_output, stop_time)
 
 
-def _check(fmu: Fmu, input_: str, output: str) -> None:
+def check_ports(fmu: Fmu, input_: str, output: str) -> None:
+    """Raise ModelError if an FMU has no such real input or output."""
     problems = []
     for name, causality in ((input_, "input"), (output, "output")):
         known = [v.name for v in fmu.variables.values() if v.causality == causality and kind_of(v) == "real"]
