@@ -184,7 +184,7 @@ def test_export_writes_by_the_ending(workshop):
     ("arguments", "code", "words"),
     [
         (["export", "s.sqlite", "--output", "runs.xlsx"], 2, "'runs.xlsx' must end with .csv, .parquet or .ssv"),
-        (["export", "s.sqlite"], 2, "Missing option"),
+        (["export", "study.toml"], 2, "Missing option"),
         (["export", "none.sqlite", "--output", "runs.csv"], 2, "none.sqlite: No such file"),
         (["sweep", "study.toml", "--workers", "-1"], 2, "--workers"),
         (["sweep", "study.toml", "--workers", "2", "--dask", "tcp://host:8786"], 2, "a cluster has its own workers"),

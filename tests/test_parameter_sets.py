@@ -114,7 +114,7 @@ def test_run_and_check_on_the_command_line(archive):
         reference.index(526.59234576) == 123
     )  # its end: first communication point, in ms, at or after the travel time of 122.2 ms
     missing = command("run", archive.name, "--parameter-set", "shot", cwd=archive.parent)
-    assert (missing.returncode, missing.stderr.count("\n")) == (1, 1)
+    assert (missing.returncode, missing.stderr.count("\n")) == (2, 1)
     assert "Did you mean 'short'?" in missing.stderr
     files = read_archive(archive.read_bytes(), archive.name)
     files["parameter_sets/wrong.ssv"] = ssv("plant.mas|<ssv:Real value='1'/>")

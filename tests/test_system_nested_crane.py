@@ -96,7 +96,7 @@ def test_variants_sets_and_connectors_on_the_command_line(archive, tmp_path):
     assert last["machine.crane.rope_length"] == pytest.approx(8.0 - 0.1 * 25.0, rel=1e-9)
     assert last["load_error"] == pytest.approx(1000.0 * last["machine.crane.load_position"] - 10_000.0, rel=1e-12)
     wrong = command("run", str(archive), "--variant", "Hoisted", cwd=tmp_path)
-    assert (wrong.returncode, "Did you mean 'Hoisting'?" in wrong.stderr) == (1, True)
+    assert (wrong.returncode, "Did you mean 'Hoisting'?" in wrong.stderr) == (2, True)
     files = read_archive(archive.read_bytes(), archive.name)
     text = files["SystemStructure.ssd"].decode()
     begin, end = text.index("<oms:FixedStepMaster"), text.index("</oms:SimulationInformation>")
