@@ -92,10 +92,10 @@ def test_a_rigid_body_has_no_step_response(fmus):
 
 
 def test_a_point_that_is_not_at_rest(fmus):
-    """A force of 3 N on 100 N/m at 0: 0.03 m from its equilibrium, beside the nominal 1 m."""
+    """A force of 3 N on 100 N/m at 0: 0.03 m from its equilibrium, beside the nominal 0.01 m of 1 N."""
     plant = fmus / "MassSpringDamper.fmu"
     found = linearize(plant, "force", ["position"], point={"force": 3.0}, settle_time=0.0)
-    assert found.unrest == pytest.approx(0.03, rel=1e-9)
+    assert found.unrest == pytest.approx(3.0, rel=1e-9)
     assert not found.at_rest
     assert found.derivative == pytest.approx([0.0, 3.0])
     settled = linearize(plant, "force", ["position"], point={"force": 3.0})
