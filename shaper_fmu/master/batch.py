@@ -21,7 +21,7 @@ from shaper_fmu.master.metrics import Metric
 from shaper_fmu.master.process_state import Share, keeping, put_back
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.signals import Interpolation
-from shaper_fmu.master.simulation import Simulation, ends_whole, number_of_steps
+from shaper_fmu.master.simulation import Simulation, ends_whole, number_of_steps, set_exact
 from shaper_fmu.master.system import System
 from shaper_fmu.master.whole_run import whole_runs
 from shaper_fmu.master.wiring import Port
@@ -109,7 +109,8 @@ class Batch:
         control.stop, control.step = plan.stop_time, plan.step
         control.steps = number_of_steps(self.system, plan.start_time, plan.stop_time, plan.step)
         control.ends_whole = ends_whole(plan.start_time, plan.stop_time, plan.step, int(control.steps))
-        control.exact, control.exchange = exact, plan.algorithm == "jacobi"
+        set_exact(control, self._program, exact)
+        control.exchange = plan.algorithm == "jacobi"
         control.all_open, control.rereading = 1, self._program.reads_locals()
         control.cut, control.at_grid, control.unrecorded, control.room = exact, 1, 1, _ENDLESS
         control.stop_place, control.stop_hold, control.true_since = -1, plan.stop_hold, of.NO_EVENT

@@ -103,6 +103,9 @@ fmi2_set_slopes = _foreign(_POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
 fmi3_transfer = _foreign(_POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
 """fmi3GetFloat64 and the like: f(instance, references, count, values, value count)."""
 
+fmi3_get_interval_fraction = _foreign(_POINTER, _POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
+"""f(instance, references, count, counters, resolutions, qualifiers); the other functions of clocks are called as transfers are."""
+
 fmi2_do_step = _foreign(_POINTER, _TIME, _TIME, _INT)
 """fmi2DoStep(instance, t, h, no going back)."""
 

@@ -226,6 +226,8 @@ def take_planned_step(address, control):
 def initialize(address, control, t):
     """Read all outputs and spread them over the connections, in initialization mode."""
     system = opened(address)
+    if system.clocks.size and not execute(system, control, system.clock_program, t, 0.0):
+        return False
     return execute(system, control, system.read_program, t, 0.0) and execute(system, control, system.initial_program, t, 0.0)
 
 

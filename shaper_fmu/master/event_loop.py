@@ -6,6 +6,7 @@ import numpy as np
 
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.calls import fmi3_update, read_f8, read_u1, simple_call
+from shaper_fmu.master.clock_loop import end_ticks, tick
 from shaper_fmu.master.execution import execute, opened
 from shaper_fmu.master.transfers import compiled, fail, inlined, judge
 
@@ -70,8 +71,11 @@ def handle_event(address, control, t, entering):
     asking, rereading = 0, control.rereading != 0
     for i in range(system.instances.size):
         rereading = rereading or system.instances[i].event_mode != 0
+    settled = False
     for _ in range(_MOST_UPDATES):
         if not execute(system, control, system.event_program, t, 0.0):
+            return False
+        if system.clocks.size and not tick(address, control, t, settled):
             return False
         again = 0
         for i in range(system.instances.size):
@@ -81,6 +85,12 @@ def handle_event(address, control, t, entering):
                     return False
                 if answer > 0:
                     again, asking = 1, i
+        if system.clocks.size:
+            due = end_ticks(address, control, t)
+            if due < 0:
+                return False
+            settled = due > 0 and again == 0
+            again = max(again, due)
         if not rereading:  # all that follows the inputs has been read
             return True
         if not execute(system, control, system.event_read_program, t, 0.0):

@@ -60,6 +60,11 @@ def opened(address):
         _program(a, 26),
         _program(a, 27),
         _array(a, 28, of.WATCHED),
+        _array(a, 29, of.CLOCK),
+        _array(a, 30, of.CLOCK_GUARD),
+        _array(a, 31, np.int32),
+        _program(a, 32),
+        _program(a, 33),
     )
 
 
@@ -116,6 +121,16 @@ def _tables(tables, times, values, bus, t):
             part = min(1.0, (t - times[k]) / (times[k + 1] - times[k]))
             value += part * (values[k + 1] - value)
         bus[table.place] = value
+
+
+@compiled
+def _ticks(clocks, guards, numbers, number):
+    """Whether one of the clocks of a guard ticks."""
+    guard = guards[number]
+    for i in range(guard.first, guard.first + guard.count):
+        if clocks[numbers[i]].active:
+            return True
+    return False
 
 
 @compiled
@@ -183,6 +198,10 @@ def execute(system, control, program, t, h):
             keep_values(system.transfers[number])
         elif code == of.TOUCH:
             going = touch_values(system.transfers, control, number, t)
+        elif code == of.CLOCKED:
+            skipped = (
+                0 if _ticks(system.clocks, system.clock_guards, system.clock_numbers, number) else system.clock_guards[number].skip
+            )
         elif code == of.HOLD:
             _hold(system.slopes, system.bus, t)
         else:

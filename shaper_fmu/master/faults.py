@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from ctypes import byref, c_int
 from typing import Any
 
+import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import fmi2Terminated
 
@@ -13,16 +14,21 @@ from shaper_fmu.errors import SimulationError
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.instance import Instance, moment
 from shaper_fmu.master.program import Program
+from shaper_fmu.master.wiring import Port
 
 _DISCARD = 2
+_QUALIFIERS = {0: "fmi3IntervalNotYetKnown", -1: "nothing"}
 _FUNCTIONS = ("DoStep", "EnterEventMode", "EnterStepMode", "UpdateDiscreteStates", "SetRealInputDerivatives",
     "Reset", "SetupExperiment", "EnterInitializationMode", "ExitInitializationMode",
+    "SetClock", "GetClock", "GetIntervalDecimal", "GetIntervalFraction", "GetShiftDecimal", "GetShiftFraction",
 )  # fmt: skip
 """Functions that are no transfers, by the number that the loop tells."""
 
 
 def fault_error(program: Program, instances: Mapping[str, Instance], control: Any, at: str | None) -> SimulationError:
     """The error for the fault that `control` tells of; `at` names the moment where it is not a time."""
+    if control.fault >= of.BAD_INTERVAL:
+        return SimulationError(clock_fault(program.clocks.ports, program.layout.clocks, control, at))
     where, t = int(control.fault_where), float(control.fault_time)
     when = at if at is not None else t
     if where >= 0:
@@ -52,6 +58,27 @@ def fault_error(program: Program, instances: Mapping[str, Instance], control: An
     if fault == of.TERMINATED:
         return SimulationError(f"{name}{moment(when)}: {function} asked to end the simulation{_said(instance)}")
     return SimulationError(f"{name}{moment(when)}: {function} asked for another update again and again{_said(instance)}")
+
+
+def clock_fault(ports: Sequence[Port], clocks: np.ndarray, control: Any, at: str | None) -> str:
+    """What is wrong with a clock, in words."""
+    number, status, t = int(control.fault_element), int(control.fault_status), float(control.fault_time)
+    clock, name = clocks[number], ".".join(ports[number])
+    when = moment(at if at is not None else t)
+    interval = float(clock["interval"] / clock["resolution"])
+    if control.fault == of.NO_INTERVAL:
+        told = _QUALIFIERS.get(status, f"the qualifier {status}")
+        return f"clock {name}{when}: asked for its interval, the FMU told {told}; only countdown clocks may leave it open"
+    if control.fault == of.BAD_INTERVAL and status == 1:
+        return f"clock {name}{when}: its shift {float(clock['shift']):g} s must be a finite number, not below 0"
+    if control.fault == of.BAD_INTERVAL:
+        return f"clock {name}{when}: its interval {interval:g} s must be a finite number above 0 that times can tell apart"
+    if control.fault == of.OFF_GRID:
+        return (
+            f"clock {name}{when}: it ticks next at t = {float(clock['next']):.15g} s, between two communication points, and steps are "
+            f"kept to multiples of {float(control.step):g} s: use steps that divide its ticks, or FMUs that take steps of any length"
+        )
+    return f"clock {name}{when}: it ticks again and again at this time, since its interval is 0"
 
 
 def warning_notes(program: Program, instances: Mapping[str, Instance], control: Any) -> list[str]:

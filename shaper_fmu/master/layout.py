@@ -112,7 +112,42 @@ SLOPES_OF = np.dtype(
 )
 """The call that tells an instance the slopes of its inputs."""
 
-_SOURCES = ("layout", "arithmetic", "calls", "transfers", "execution", "event_loop", "compiled", "whole_run")
+CLOCK = np.dtype(
+    [
+        ("kind", "i4"),
+        ("instance", "i4"),
+        ("asked", "i4"),  # for its interval: 0 never, or ONCE, or ALWAYS
+        ("fraction", "i4"),  # as a fraction
+        ("reference", "u8"),  # address of its value reference
+        ("set", "u8"),  # fmi3SetClock
+        ("get", "u8"),  # fmi3GetClock
+        ("get_interval", "u8"),
+        ("get_shift", "u8"),
+        ("targets", "i4"),  # of an output clock: the first of the clocks that tick with it, among `clock_numbers`
+        ("target_count", "i4"),
+        ("within", "i4"),  # of an output clock: the first of those clocks while which it can be read, among `clock_numbers`
+        ("within_count", "i4"),  # 0: always
+        ("origin", "f8"),  # a periodic clock ticks at origin + (shift + count * interval) / resolution
+        ("shift", "f8"),
+        ("interval", "f8"),
+        ("resolution", "f8"),
+        ("count", "i8"),
+        ("next", "f8"),  # tick, if it is timed
+        ("active", "i4"),  # it ticks now
+        ("ticked", "f8"),  # when it has ticked last
+        ("ticks", "i4"),  # how often it has then
+    ],
+    align=True,
+)
+
+CLOCK_GUARD = np.dtype([("first", "i4"), ("count", "i4"), ("skip", "i4")], align=True)
+"""Of the operations after it in a program: their clocks among `clock_numbers`, and how many operations these are."""
+
+# Kinds of clocks.
+PERIODIC, CHANGING, COUNTDOWN, TRIGGERED, TRIGGERING = range(5)
+ONCE, ALWAYS = 1, 2  # in initialization mode; in event mode, too
+
+_SOURCES = ("layout", "arithmetic", "calls", "transfers", "execution", "clock_loop", "event_loop", "compiled", "whole_run")
 
 
 def _sources_digest() -> str:
@@ -159,6 +194,7 @@ CONTROL = np.dtype(
         ("exchange", "i4"),  # whether values are exchanged after each step (jacobi)
         ("returning", "i4"),  # whether FMUs may be set back to earlier times; they are told
         ("rereading", "i4"),  # whether all is read again at events, since what follows the inputs is not declared
+        ("on_grid", "i4"),  # clocks tick at points of the grid alone
         ("cut", "i4"),  # whether an early return may end the step for all
         ("jump", "i4"),  # the next one of the tables
         ("rows", "i8"),  # recorded
@@ -186,10 +222,11 @@ EXTREMES, ENVELOPE, OUTSIDE, SQUARE = range(4)
 
 # Operations of a program: pairs of a code and what it works on. 2: reals, steps of FMI 2.0; KEEP: what has been set, to the bus;
 # TOUCH: reals, a bit beside their values.
-SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, TOUCH = range(13)
+SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, TOUCH, CLOCKED = range(14)
 
 # Faults.
 NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE = range(7)
+BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = range(7, 11)  # of a clock, whose number is the element
 
 NO_EVENT = 1e300
 
@@ -226,6 +263,11 @@ class Layout(NamedTuple):
     event_read_program: np.ndarray
     resume_program: np.ndarray  # between event mode and the next step
     watched: np.ndarray  # sources of inputs that are set in event mode alone
+    clocks: np.ndarray
+    clock_guards: np.ndarray
+    clock_numbers: np.ndarray  # of clocks that belong to another one, or to a guard
+    clock_program: np.ndarray  # sets and reads clocked variables in initialization mode
+    tick_program: np.ndarray  # exchanges values while clocks tick
 
 
 def addresses_of(layout: Layout) -> np.ndarray:

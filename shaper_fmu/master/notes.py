@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from shaper_fmu.master.algorithms import Algorithm
+from shaper_fmu.master.clocks import is_clocked
 from shaper_fmu.master.events import Treatment
 from shaper_fmu.master.fmu import event_output
 from shaper_fmu.master.loops import loop_text
@@ -36,20 +37,24 @@ def _sources(system: System, loop: Loop) -> list[Port]:
 
 
 def _late_notes(system: System, treatment: Treatment, recorded: Collection[Port]) -> list[str]:
-    """Outputs that follow inputs without delay, but of which a master gets what the last step left."""
+    """Outputs that follow inputs without delay, but of which a master gets what the last step left.
+
+    Clocked ones move in events, which allow reading.
+    """
     notes = []
     for name, fmu in system.fmus.items():
         if system.readable_after_set(name):
             continue
-        fed = [port[1] for port in [*system.connections, *system.signals] if port[0] == name]
+        fed = [port[1] for port in [*system.connections, *system.signals] if port[0] == name and not is_clocked(fmu, port[1])]
         targets: dict[str, list[str]] = {}
         for target, (source, output) in treatment.connections.items():
-            if source == name and not set(fed).isdisjoint(fmu.inputs_of(output)):
+            if source == name and not is_clocked(fmu, output) and not set(fed).isdisjoint(fmu.inputs_of(output)):
                 targets.setdefault(output, []).append(".".join(target))
         announced = event_output(fmu)
         if treatment.exact and announced and not set(fed).isdisjoint(fmu.inputs_of(announced)):
             targets.setdefault(announced, []).append("the times of its events")
         shown = [output for instance, output in recorded if instance == name and fmu.variables[output].causality == "output"]
+        shown = [output for output in shown if not is_clocked(fmu, output)]
         declared = [o for o in shown if fmu.declares_inputs_of(o) and not set(fed).isdisjoint(fmu.inputs_of(o))]
         if targets:
             notes.append(_late_note(system, treatment, name, targets))

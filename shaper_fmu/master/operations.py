@@ -14,6 +14,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from shaper_fmu.master import layout as of
+from shaper_fmu.master.clockwork import Clockwork, last_causes
 from shaper_fmu.master.guards import TABLES
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.signals import Table
@@ -41,9 +42,11 @@ class Operations:
         places: dict[Any, int],
         causes: Mapping[str, list[str]],
         event_ports: Collection[Port],
+        clocks: Clockwork,
     ):
         self._system, self._instances, self._connections, self._writer = system, instances, connections, writer
         self._places, self._causes, self._event_ports = places, causes, event_ports
+        self._clocks = clocks
         self._readable = {name for name in instances if system.readable_after_set(name)}
         self.unfed: dict[int, Port] = {}
         self.guards: list[tuple[int, ...]] = []
@@ -63,7 +66,7 @@ class Operations:
         event_read = [operation for name in names if name in self._readable | in_event_mode for operation in reads[name]]
         step, jump = self._steps(algorithm, reads, linear_inputs, slope_calls)
         return {
-            "start": [operation for name in names for operation in self._starting(name, starts)],
+            "start": [operation for name in names for operation in self._starting(name, starts, False)],
             "step": step,
             "jump": jump,
             "exchange": exchange,
@@ -73,11 +76,14 @@ class Operations:
             "event": event,
             "event_read": event_read,
             "resume": self._resuming(in_event_mode - self._readable),
+            "clock": [o for name in names for o in [*self._starting(name, starts, True), *self._clocked_reads(name)]],
+            "tick": self._ticking_exchange(self._readable | in_event_mode) if self._clocks.ports else [],
         }
 
     def watched(self) -> list[int]:
-        """Where the sources of inputs are on the bus whose changes are events."""
-        ports = [port for port in [*self._system.signals, *self._connections] if not self._is_set_between(port[0], port[1])]
+        """Where the sources of inputs are on the bus whose changes are events; clocked ones wait for their clocks."""
+        fed = [port for port in [*self._system.signals, *self._connections] if not self._clocks.clocks_of(port)]
+        ports = [port for port in fed if not self._is_set_between(port[0], port[1])]
         return [self._source_place(port[0])(port[1]) for port in ports]
 
     def _is_set_between(self, name: str, variable: str) -> bool:
@@ -140,18 +146,51 @@ class Operations:
         operations: list[Operation] = [(of.TABLES_NOW, 0)] if self._has_tables() else []
         for name, all_inputs in self._ordered_inputs(passing):
             inputs = [variable for variable in all_inputs if not between or self._is_set_between(name, variable)]
-            if not inputs:
-                continue
-            operations += self._guarded(name, self._setting(name, inputs, calling=not final or name in passing))
-            if name in passing:
-                operations += self._reading(name, self._follows(name, set(inputs)))
+            operations += self._exchange_of(name, self._clocks.unclocked(name, inputs), passing, final)
         return operations
+
+    def _exchange_of(self, name: str, inputs: list[str], passing: Collection[str], final: bool = False) -> list[Operation]:
+        if not inputs:
+            return []
+        operations = self._guarded(name, self._setting(name, inputs, calling=not final or name in passing))
+        return operations + (self._reading(name, self._follows(name, set(inputs))) if name in passing else [])
+
+    def _ticking_exchange(self, passing: Collection[str]) -> list[Operation]:
+        """The exchange at events where clocks tick: clocked variables move while one of their clocks does."""
+        operations: list[Operation] = [(of.TABLES_NOW, 0)] if self._has_tables() else []
+        groups = self._ordered_inputs(passing)
+        clocked = {name: last_causes(self._instances[name].fmu, name, self._clocked(name), groups) for name in self._instances}
+        for name, found in clocked.items():
+            operations += self._ticking_reads(name, found.get(-1, []))
+        for i, (name, inputs) in enumerate(groups):
+            operations += self._exchange_of(name, self._clocks.unclocked(name, inputs), passing)
+            for clocks, chosen in self._clocks.by_clocks(name, inputs).items():
+                sets = [*self._setting(name, chosen), *self._reading(name, self._follows(name, set(chosen)))]
+                operations += self._clocks.guarded(clocks, sets)
+            operations += self._ticking_reads(name, clocked[name].get(i, []))
+        return operations
+
+    def _clocked(self, name: str) -> list[str]:
+        """The instance's clocked variables that are asked for; inputs that are fed are noted as they are set."""
+        fed = () if name in self._readable else self._inputs_of(name, clocked=True)
+        return [variable for variable in self._used(name) if self._clocks.clocks_of((name, variable)) and variable not in fed]
+
+    def _ticking_reads(self, name: str, variables: list[str]) -> list[Operation]:
+        """Read clocked variables, each while one of its clocks ticks."""
+        by_clocks = self._clocks.by_clocks(name, variables)
+        return [o for clocks, chosen in by_clocks.items() for o in self._clocks.guarded(clocks, self._got(name, chosen))]
+
+    def _clocked_reads(self, name: str) -> list[Operation]:
+        """Read clocked variables in initialization mode, whatever ticks."""
+        return self._got(name, self._clocked(name))
 
     def _has_tables(self) -> bool:
         return any(isinstance(signal, Table) for signal in self._system.signals.values())
 
-    def _inputs_of(self, name: str) -> list[str]:
-        return [variable for instance, variable in [*self._system.signals, *self._connections] if instance == name]
+    def _inputs_of(self, name: str, clocked: bool = False) -> list[str]:
+        """The fed inputs of an instance, `clocked` ones or all others."""
+        fed = [variable for instance, variable in [*self._system.signals, *self._connections] if instance == name]
+        return [variable for variable in fed if bool(self._clocks.clocks_of((name, variable))) == clocked]
 
     def _setting(self, name: str, inputs: list[str], held: Collection[Port] = (), calling: bool = True) -> list[Operation]:
         """Set inputs; those that are recorded are noted as they are set, where the FMU must not be asked for them."""
@@ -188,9 +227,14 @@ class Operations:
         return self._reading(name, lambda variable: variable not in known)
 
     def _reading(self, name: str, chosen: Callable[[str], bool]) -> list[Operation]:
-        """Transfers that bring the instance's variables to their places."""
-        variables = [port[1] for port in self._places if len(port) == 2 and port[0] == name and chosen(port[1])]
+        """Transfers that bring the instance's variables to their places, but for clocked ones."""
+        return self._got(name, [variable for variable in self._clocks.unclocked(name, self._used(name)) if chosen(variable)])
 
+    def _used(self, name: str) -> list[str]:
+        """The instance's variables that have a place."""
+        return [port[1] for port in self._places if len(port) == 2 and port[0] == name]
+
+    def _got(self, name: str, variables: list[str]) -> list[Operation]:
         def place(variable: str) -> int:
             if (name, variable) in self._places:
                 return self._places[name, variable]
@@ -198,9 +242,9 @@ class Operations:
 
         return self._writer.transfer("Get", name, variables, place) if variables else []
 
-    def _starting(self, name: str, starts: Collection[Port]) -> list[Operation]:
-        """Transfers that set an instance's start values."""
-        variables = [port[1] for port in starts if port[0] == name]
+    def _starting(self, name: str, starts: Collection[Port], clocked: bool) -> list[Operation]:
+        """Transfers that set an instance's start values, of `clocked` variables or of all others."""
+        variables = [port[1] for port in starts if port[0] == name and bool(self._clocks.clocks_of(port)) == clocked]
 
         def place(variable: str) -> int:
             return self._places.setdefault(("start", name, variable), len(self._places))

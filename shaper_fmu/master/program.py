@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from shaper_fmu.master import layout as of
+from shaper_fmu.master.clockwork import Clockwork
 from shaper_fmu.master.fmu import event_output
 from shaper_fmu.master.guards import causes_of_inputs
 from shaper_fmu.master.instance import Instance
@@ -31,6 +32,7 @@ class Program:
         labels: for each transfer, the instance, the FMI function and the names of the elements.
         names: the instances by number.
         linear_inputs: the inputs that are linear over each step.
+        clocks: the clocks of FMI 3.0 of its instances.
         loops: the loops of direct feedthrough, each cut at its first input.
         sources: for each transfer, where its elements are on the bus.
     """
@@ -52,6 +54,7 @@ class Program:
         self._algorithm = algorithm
         self._starts = starts
         self.loops = system.signal_order()[1]
+        self.clocks = Clockwork(instances, system.clock_connections)
         self._metrics = metrics
         self._event_ports = _event_ports(system) if exact else []
         ports: Iterable[Port] = [*connections.values(), *recorded, *system.ports(metric_variables(metrics)), *self._event_ports]
@@ -68,7 +71,11 @@ class Program:
         self._linear = self._lay_out_linear_inputs()
         announcing = {port[0] for port in self._event_ports} | {name for name in self.names if instances[name].event_mode}
         causes = causes_of_inputs(system, connections, announcing) if exact else {}
-        self._operations = Operations(system, instances, connections, self._writer, self._places, causes, self._event_ports)
+        for name in [name for name in causes if self.clocks.has_timed(name)]:
+            del causes[name]  # what its clocks sample is wanted as it is then
+        self._operations = Operations(
+            system, instances, connections, self._writer, self._places, causes, self._event_ports, self.clocks
+        )
         programs = self._operations.programs(algorithm, self.linear_inputs, self._linear.calls, starts)
         self.labels = self._writer.labels
         self.layout = self._layout(programs, recorded)
@@ -177,6 +184,9 @@ class Program:
             guards=np.array(self._operations.guards, of.GUARD),
             causes=np.array(self._operations.cause_codes or [0], np.int32),
             mappings=mappings.ravel(),
+            clocks=self.clocks.rows(writer.numbers),
+            clock_guards=self.clocks.guards(),
+            clock_numbers=self.clocks.listed(),
         )
 
 

@@ -18,6 +18,8 @@ from shaper_fmu.errors import ModelError, SimulationError, nearest
 from shaper_fmu.master import compiled
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.algorithms import ALGORITHMS, Algorithm
+from shaper_fmu.master.clock_loop import start_clocks
+from shaper_fmu.master.clocks import has_clocks, is_clocked
 from shaper_fmu.master.events import Treatment, treat_events
 from shaper_fmu.master.faults import fault_error, warning_notes
 from shaper_fmu.master.instance import Instance
@@ -97,7 +99,7 @@ class Simulation:
     def instantiate(self, exact: bool) -> None:
         """Make the instances that are missing, or that have event mode where steps do not end at events, or the reverse."""
         for name, fmu in self.system.fmus.items():
-            event_mode = exact and fmu.has_event_mode and name not in self.system.without_event_mode
+            event_mode = (exact or has_clocks(fmu)) and fmu.has_event_mode and name not in self.system.without_event_mode
             known = self.instances.get(name)
             if known is not None and known.event_mode == event_mode:
                 continue
@@ -149,7 +151,7 @@ class Simulation:
         control.stop_place, control.all_open, control.rereading = -1, 1, program.reads_locals()
         control.stop, control.step, control.steps = stop_time, step, steps
         control.ends_whole = ends_whole(start_time, stop_time, step, steps)
-        control.exact = treatment.exact
+        set_exact(control, program, treatment.exact)
         control.everywhere, control.exchange = everywhere, algorithm == "jacobi"
         control.cut = treatment.exact and not program.signals  # Python's functions are asked before a step, for its end
         self._initialize(program, control, start_values or {}, solver_tolerance)
@@ -236,7 +238,10 @@ class Simulation:
             extra[instance].update(self.system.fmus[instance].start_values({variable: value}))
         for name, instance in self.instances.items():
             values = {**self.system.start_values[name], **extra[name]}
-            instance.enter_initialization(float(control.start), float(control.stop), values, solver_tolerance)
+            clocked = {key: value for key, value in values.items() if is_clocked(instance.fmu, key)}
+            others = {key: value for key, value in values.items() if key not in clocked}
+            instance.enter_initialization(float(control.start), float(control.stop), others, solver_tolerance)
+            instance.set_values(clocked, "initialization")
         program.reset()
         t = float(control.start)
         self._feel(program, t)
@@ -244,6 +249,8 @@ class Simulation:
             raise self._fault(program, control, "initialization")
         if program.loops:
             self._solve_loops(program, control, t)
+        if program.clocks.ports and not start_clocks(program.address, control):
+            raise self._fault(program, control, "initialization")
         for instance in self.instances.values():
             instance.call("exitInitializationMode", at="initialization")
         in_event_mode = any(instance.event_mode for instance in self.instances.values())
@@ -275,6 +282,13 @@ class Simulation:
             notes,
             metric_values(self._metrics, program.layout.metrics),
         )
+
+
+def set_exact(control: Any, program: Program, exact: bool) -> None:
+    """Have steps end at events or not; then clocks tick at points of the grid alone, and tables jump there."""
+    control.exact = exact or bool(program.clocks.ports)
+    control.on_grid = control.exact and not exact
+    control.jump = 0 if exact else len(program.layout.jumps)
 
 
 def number_of_steps(system: System, start_time: float, stop_time: float, step: float) -> int:

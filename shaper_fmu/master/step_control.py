@@ -111,10 +111,8 @@ class _Saved:
         self._program, self._control = program, control
         self._states = {name: instance.save_state() for name, instance in program.instances.items()}
         layout = program.layout
-        self._arrays = [
-            (array, array.copy())
-            for array in (layout.bus, layout.tables, layout.instances, layout.slopes, layout.guards, layout.watched)
-        ]
+        changed = (layout.bus, layout.tables, layout.instances, layout.slopes, layout.guards, layout.watched, layout.clocks)
+        self._arrays = [(array, array.copy()) for array in changed]
         self._numbers = {name: control[name].item() for name in of.CONTROL.names or ()}
 
     def restore(self) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from fmpy.model_description import BaseUnit
 
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
+from shaper_fmu.master.clocks import check_clock_connection, is_clocked, system_problems
 from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.once import once_problems
 from shaper_fmu.master.signals import Interpolation, Signal, make_signal, typed_signal
@@ -45,6 +46,7 @@ class System:
         self.connections: dict[Port, Port] = {}  # input -> output
         self.scalings: dict[Port, tuple[float, float]] = {}  # input -> gain, offset, where they are not 1 and 0
         self.mappings: dict[Port, dict[int, int]] = {}  # input -> what values of its output become, where they do not stay
+        self.clock_connections: dict[Port, Port] = {}  # triggered input clock -> output clock
         self.signals: dict[Port, Signal] = {}
         self.event_outputs: list[Port] = []
         self.without_event_mode: set[str] = set()
@@ -111,9 +113,12 @@ class System:
         """Connect an output to an input, both as "instance.variable": input = gain * output + offset, in the output's unit.
 
         Units of one kind are converted (degrees to radians, for example); others are refused. An array of FMI 3.0 is
-        connected as a whole by its name. Booleans go to booleans and numbers to numbers; a real goes to no integer.
+        connected as a whole by its name. Booleans go to booleans and numbers to numbers; a real goes to no integer. A triggered
+        input clock ticks when the output clock does that is connected to it.
         """
         pairs = self._elements(source, target)
+        if self._connect_clocks(*pairs[0]):
+            return
         if not (math.isfinite(gain) and math.isfinite(offset)):
             raise ModelError([f"{source} -> {target}: gain {gain} and offset {offset} must be finite numbers"])
         for source_port, target_port in pairs:
@@ -132,7 +137,10 @@ class System:
         The source may be a local variable or a calculated parameter, too, and an integer and an enumeration may be connected.
         `mapping` is for booleans (0 and 1), integers and enumerations: what their values become; all others stay as they are.
         """
-        for source_port, target_port in self._elements(source, target, _SOURCES):
+        pairs = self._elements(source, target, _SOURCES)
+        if self._connect_clocks(*pairs[0]):
+            return
+        for source_port, target_port in pairs:
             self._check_free(target_port)
             kinds = {self._kind(source_port), self._kind(target_port)}
             if not kinds <= {"integer", "enumeration"}:
@@ -146,6 +154,14 @@ class System:
                 self.scalings[target_port] = (gain, offset)
             if mapping:
                 self.mappings[target_port] = dict(mapping)
+
+    def _connect_clocks(self, source: Port, target: Port) -> bool:
+        """Connect two clocks; False if these are none."""
+        if self._kind(source) != "clock" or self._kind(target) != "clock":
+            return False
+        check_clock_connection(self.fmus, source, target, self.clock_connections)
+        self.clock_connections[target] = source
+        return True
 
     def _elements(self, source: str, target: str, sources: tuple[str, ...] = ("output",)) -> list[tuple[Port, Port]]:
         """The ports to connect: one pair, or one for each element of two arrays."""
@@ -196,6 +212,7 @@ class System:
     def check(self) -> list[str]:
         """Every problem of the system as a whole, in words; empty if it can run."""
         problems = once_problems(self.fmus) if self.fmus else ["the system has no FMU"]
+        problems += system_problems(self)
         for loop in self.signal_order()[1]:
             source = self.connections[loop[0]]
             if self._kind(source) != "real":
@@ -244,7 +261,10 @@ class System:
             fixed = self.fmus[port[0]].variables[port[1]].causality in ("calculatedParameter", "constant")
             return [] if fixed else [(port[0], name) for name in self.fmus[port[0]].inputs_of(port[1])]
 
-        return signal_order(self.connections, inputs_of)
+        def clocked(port: Port) -> bool:
+            return is_clocked(self.fmus[port[0]], port[1])
+
+        return signal_order(self.connections, inputs_of, clocked)
 
     def instance_order(self) -> list[str]:
         """The instances, sources before targets."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.calls import fmi2_setup, fmi3_enter_initialization, simple_call, write_i8
+from shaper_fmu.master.clock_loop import start_clocks
 from shaper_fmu.master.compiled import FAULT, FINISHED, begin, first_row, initialize, run
 from shaper_fmu.master.execution import execute, opened
 from shaper_fmu.master.transfers import compiled, judge
@@ -30,6 +31,8 @@ def start_again(address, control, in_event_mode):
         if not _enter_initialization(system.instances[i], control, i):
             return False
     if not initialize(address, control, control.start):
+        return False
+    if system.clocks.size and not start_clocks(address, control):
         return False
     for i in range(system.instances.size):
         instance = system.instances[i]

@@ -14,11 +14,14 @@ Loop = tuple[Port, ...]
 """Inputs that act on each other without delay, the first of them repeated at the end."""
 
 
-def signal_order(connections: dict[Port, Port], inputs_of: Callable[[Port], Iterable[Port]]) -> tuple[list[Port], list[Loop]]:
+def signal_order(
+    connections: dict[Port, Port], inputs_of: Callable[[Port], Iterable[Port]], clocked: Callable[[Port], bool] = lambda port: False
+) -> tuple[list[Port], list[Loop]]:
     """The connected inputs, ordered so that each comes after those that act on its source without delay; and the loops.
 
     `connections` maps an input to its source; `inputs_of` gives the inputs that an output depends on without delay. Each
-    loop is cut at its first input, which then comes before what acts on it.
+    loop is cut at its first input, which then comes before what acts on it. A loop through a variable that is `clocked` is none:
+    the input of its instance gets what its source was before the clock's tick.
     """
     causes = {target: [port for port in inputs_of(source) if port in connections] for target, source in connections.items()}
     places = {target: i for i, target in enumerate(connections)}
@@ -28,6 +31,11 @@ def signal_order(connections: dict[Port, Port], inputs_of: Callable[[Port], Iter
             return list(TopologicalSorter(causes).static_order()), loops
         except CycleError as error:
             cycle = list(reversed(error.args[1]))[:-1]
+            pairs = zip(cycle, [cycle[-1], *cycle[:-1]], strict=True)  # each acts on the one before it
+            samplers = [one for one, next_ in pairs if clocked(one) or clocked(connections[next_])]
+            if samplers:
+                causes[min(samplers, key=places.__getitem__)] = []
+                continue
             cut = cycle.index(min(cycle, key=places.__getitem__))
             cycle = cycle[cut:] + cycle[:cut]
             loops.append((*cycle, cycle[0]))

@@ -198,6 +198,7 @@ def copied(system: System) -> System:
     copy.start_values = {name: dict(values) for name, values in system.start_values.items()}
     copy.signals, copy.event_outputs = dict(system.signals), list(system.event_outputs)
     copy.without_event_mode, copy.readable = set(system.without_event_mode), dict(system.readable)
+    copy.clock_connections = dict(system.clock_connections)
     return copy
 
 
