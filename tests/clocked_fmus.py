@@ -11,12 +11,8 @@ import fmpy
 from faulty_fmus import library
 
 KINDS = {"constant": 0, "fixed": 1, "calculated": 1, "tunable": 2, "changing": 3, "countdown": 4}
-FAULTS = {
-    name: number
-    for number, name in enumerate(
-        "none not_known not_a_number zero negative set_fails get_fails interval_fails shift_fails odd_qualifier".split()
-    )
-}
+_FAULTS = "none not_known not_a_number zero negative set_fails get_fails interval_fails shift_fails odd_qualifier"
+FAULTS = {name: number for number, name in enumerate(_FAULTS.split())}  # as in clocked3.c
 _REALS = {  # name -> value reference, causality, variability, clock
     "u": (10, "input", "discrete", 1), "y": (11, "output", "discrete", 1), "last": (12, "output", "discrete", 0),
     "v": (13, "output", "discrete", 3), "w": (14, "input", "discrete", 2), "z": (15, "output", "discrete", 2),
@@ -55,6 +51,7 @@ def _description(clock: str, trig: bool, declared: bool, interface: str) -> str:
             known = [reference for reference in _DEPENDS[name] if reference >= 10 or reference in there]
             told = f' dependencies="{" ".join(map(str, known))}"' if declared else ""
             structure += f'<Output valueReference="{rest[0]}"{told}/>'
+    structure += "".join(f'<InitialUnknown valueReference="{r[0]}"/>' for _, _, r in chosen if r[1] == "output" and not r[3])
     return (
         '<?xml version="1.0" encoding="UTF-8"?>'
         f'<fmiModelDescription fmiVersion="3.0" modelName="clocked" instantiationToken="{{clocked}}">{interface}<ModelVariables>'

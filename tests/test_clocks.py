@@ -14,6 +14,7 @@ from native_host import native_fmu
 
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.batch import Batch, Plan
+from shaper_fmu.master.fmu import fmu_problems
 from shaper_fmu.master.metrics import Final
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
@@ -318,3 +319,15 @@ def test_broken_descriptions(clock):
     system = System()
     system.add("a", clocked_fmu(clock), u=0.0)
     assert any(str(BROKEN[clock]) in problem for problem in system.check())
+    assert any(str(BROKEN[clock]) in problem for problem in fmu_problems(clocked_fmu(clock)))
+
+
+def test_check_tells_what_cannot_be_run():
+    """An FMU whose clocks have no event mode, and one for Scheduled Execution alone; nothing of one that can be run."""
+    assert fmu_problems(clocked_fmu(constant(0.1))) == []
+    (problem,) = fmu_problems(clocked_fmu(constant(0.1), event_mode=False))
+    assert "clocks c, out tick in event mode alone" in problem
+    scheduled = clocked_fmu(constant(0.1), interface='<ScheduledExecution modelIdentifier="clocked"/>')
+    assert "it has Scheduled Execution alone" in "".join(fmu_problems(scheduled))
+    with pytest.raises(ModelError, match="FMU for Scheduled Execution; co-simulation FMUs"):
+        System().add("a", scheduled)

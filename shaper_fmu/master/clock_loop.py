@@ -216,9 +216,8 @@ def _activate_triggered(system, control, t):
 def tick(address, control, t, settled):
     """Have clocks tick in this super-dense instant, the timed ones if all else has settled; False if something failed."""
     system = opened(address)
-    if settled:
-        if not _activate_timed(system, control, t) or not execute(system, control, system.tick_program, t, 0.0):
-            return False
+    if settled and not (_activate_timed(system, control, t) and execute(system, control, system.tick_program, t, 0.0)):
+        return False
     for _ in range(system.clocks.size):
         found = _activate_triggered(system, control, t)
         if found <= 0:
@@ -247,10 +246,9 @@ def end_ticks(address, control, t):
         was_active, clock.active = clock.active, 0
         if not _is_timed(clock):
             continue
-        asked = clock.asked == of.ALWAYS and (clock.kind != of.CHANGING or was_active)
-        if asked and clock.next > t + near:  # a tick that is due comes first
-            if not _ask_again(system.instances, control, clock, i, t):
-                return _FAILED
+        asked = clock.asked == of.ALWAYS and (clock.kind != of.CHANGING or was_active) and clock.next > t + near
+        if asked and not _ask_again(system.instances, control, clock, i, t):  # but a tick that is due comes first
+            return _FAILED
         if clock.next <= t + near:
             due = 1
         instance = system.instances[clock.instance]

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fmpy.model_description import ModelVariable
+from fmpy.model_description import ModelDescription, ModelVariable
 from lxml import etree
 
 from shaper_fmu.errors import ModelError
@@ -141,6 +141,17 @@ def _problem(causality: str, variability: str, interval: float | None, shift: fl
     if not shift >= 0.0:
         return f"its shift {shift:g} must not be below 0"
     return "" if resolution > 0.0 else f"its resolution {resolution:g} must be above 0"
+
+
+def fmu_clock_problems(description: ModelDescription, content: bytes, name: str) -> list[str]:
+    """What of an FMU's clocks, and of Scheduled Execution, this master cannot run; `content` is of modelDescription.xml."""
+    if description.coSimulation is None and description.scheduledExecution is not None:
+        return ["it has Scheduled Execution alone, which this master does not run: co-simulation with event mode runs clocks"]
+    if not any(is_clock(variable) for variable in description.modelVariables):
+        return []
+    event_mode = bool(getattr(description.coSimulation, "hasEventMode", False))
+    clocks = read_clocks(parse_xml(content.lstrip(), f"{name}: modelDescription.xml"))
+    return description_problems(clocks, description.coSimulation is not None, event_mode)
 
 
 def description_problems(clocks: Iterable[Clock], co_simulation: bool, event_mode: bool) -> list[str]:

@@ -124,10 +124,9 @@ def _tables(tables, times, values, bus, t):
 
 
 @compiled
-def _ticks(clocks, guards, numbers, number):
-    """Whether one of the clocks of a guard ticks."""
-    guard = guards[number]
-    for i in range(guard.first, guard.first + guard.count):
+def _ticks(clocks, numbers, first, count):
+    """Whether one of a guard's clocks ticks."""
+    for i in range(first, first + count):
         if clocks[numbers[i]].active:
             return True
     return False
@@ -199,9 +198,8 @@ def execute(system, control, program, t, h):
         elif code == of.TOUCH:
             going = touch_values(system.transfers, control, number, t)
         elif code == of.CLOCKED:
-            skipped = (
-                0 if _ticks(system.clocks, system.clock_guards, system.clock_numbers, number) else system.clock_guards[number].skip
-            )
+            guard = system.clock_guards[number]
+            skipped = 0 if _ticks(system.clocks, system.clock_numbers, guard.first, guard.count) else guard.skip
         elif code == of.HOLD:
             _hold(system.slopes, system.bus, t)
         else:

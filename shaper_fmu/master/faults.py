@@ -75,8 +75,8 @@ def clock_fault(ports: Sequence[Port], clocks: np.ndarray, control: Any, at: str
         return f"clock {name}{when}: its interval {interval:g} s must be a finite number above 0 that times can tell apart"
     if control.fault == of.OFF_GRID:
         return (
-            f"clock {name}{when}: it ticks next at t = {float(clock['next']):.15g} s, between two communication points, and steps are "
-            f"kept to multiples of {float(control.step):g} s: use steps that divide its ticks, or FMUs that take steps of any length"
+            f"clock {name}{when}: it ticks next at t = {float(clock['next']):.15g} s, between two communication points, and steps "
+            f"are kept to multiples of {float(control.step):g} s: use steps that divide its ticks, or FMUs that take any steps"
         )
     return f"clock {name}{when}: it ticks again and again at this time, since its interval is 0"
 

@@ -20,6 +20,7 @@ from shaper_fmu.archives import archive_findings, extract_archive, read_archive,
 from shaper_fmu.errors import ArchiveError, ModelError, nearest
 from shaper_fmu.master.annotations import declares_readable_after_set
 from shaper_fmu.master.binaries import library_problems
+from shaper_fmu.master.clocks import fmu_clock_problems
 from shaper_fmu.master.description import read_description, without_collector
 from shaper_fmu.master.variables import element_variables, typed_value
 
@@ -251,7 +252,9 @@ def fmu_problems(path: Path) -> list[str]:
     """What is wrong with an FMU of any version of FMI. Raises ArchiveError if it cannot be read at all, or must not be run."""
     content = read_file(path)
     files = read_archive(content, path.name)
-    findings = read_description(_description_of(path.name, files.get(_DESCRIPTION)), path.name)[1]
+    text = _description_of(path.name, files.get(_DESCRIPTION))
+    description, findings = read_description(text, path.name)
+    findings += fmu_clock_problems(description, text, path.name)
     binaries = ((name, binary) for name, binary in files.items() if name.startswith("binaries/"))
     return [*archive_findings(content, path.name), *findings, *library_problems(binaries)]
 
@@ -266,5 +269,8 @@ def _coupled_description(name: str, folder: Path) -> tuple[ModelDescription, lis
     file = folder / _DESCRIPTION
     description, findings = read_description(_description_of(name, file.read_bytes() if file.is_file() else None), name)
     if str(description.fmiVersion)[:2] not in ("2.", "3.") or description.coSimulation is None:
-        raise ModelError([f"{name}: an FMI {description.fmiVersion} FMU; co-simulation FMUs of FMI 2.0 and 3.0 can be coupled"])
+        kind = " for Scheduled Execution" if getattr(description, "scheduledExecution", None) is not None else ""
+        raise ModelError(
+            [f"{name}: an FMI {description.fmiVersion} FMU{kind}; co-simulation FMUs of FMI 2.0 and 3.0 can be coupled"]
+        )
     return description, findings
