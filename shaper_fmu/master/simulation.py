@@ -7,6 +7,7 @@ chosen variables. With exact events (the default) steps end where an output anno
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -31,6 +32,7 @@ from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.signals import Interpolation
 from shaper_fmu.master.step_control import StepControl
+from shaper_fmu.master.step_notes import step_notes, time_scales
 from shaper_fmu.master.system import System
 from shaper_fmu.master.wiring import Port
 
@@ -158,6 +160,7 @@ class Simulation:
         controller = self._controller(program, control, tolerance) if tolerance is not None else None
         told = (_told(program.linear_inputs),) if interpolation == "linear" else ()
         notes = (*system_notes(self.system), *coupling_notes(self.system, treatment, algorithm, self._recorded), *told)
+        notes += step_notes(self.system, treatment, step, self._scales)
         return self._stepped(program, control, progress, notes, controller)
 
     def _controller(self, program: Program, control: Any, tolerance: float) -> StepControl:
@@ -247,6 +250,7 @@ class Simulation:
         self._feel(program, t)
         if not compiled.initialize(program.address, control, t):
             raise self._fault(program, control, "initialization")
+        self._scales = self._time_scales()
         if program.loops:
             self._solve_loops(program, control, t)
         if program.clocks.ports and not start_clocks(program.address, control):
@@ -256,6 +260,14 @@ class Simulation:
         in_event_mode = any(instance.event_mode for instance in self.instances.values())
         if not compiled.begin(program.address, control, t, in_event_mode):
             raise self._fault(program, control, "initialization")
+
+    def _time_scales(self) -> dict[Port, float]:
+        """Values of what tells how fast the system is, in initialization mode; an FMU that does not tell them need not."""
+        found: dict[Port, float] = {}
+        for port in time_scales(self.system):
+            with contextlib.suppress(SimulationError):
+                found[port] = float(self.instances[port[0]].get_values([port[1]])[0])
+        return found
 
     def _solve_loops(self, program: Program, control: Any, t: float) -> None:
         def exchange() -> None:

@@ -16,6 +16,7 @@ from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.notes import coupling_notes, system_notes
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
+from shaper_fmu.master.step_notes import own_values, step_notes, time_scales
 from shaper_fmu.master.system import System
 from shaper_fmu.master.variables import own_start
 from shaper_fmu.ssp.archive import SspSystem, load_ssp
@@ -61,7 +62,8 @@ def run_study(
 def _notes_of(loaded: SspSystem, job: Job) -> tuple[str, ...]:
     """What a reader should know of each of the runs: what `Simulation.run` tells in its results' notes."""
     treatment = treat_events(job.system, job.plan.exact)
-    return (*loaded.notes, *system_notes(job.system), *coupling_notes(job.system, treatment, job.plan.algorithm))
+    long = step_notes(job.system, treatment, job.plan.step, own_values(job.system, time_scales(job.system)))
+    return (*loaded.notes, *system_notes(job.system), *coupling_notes(job.system, treatment, job.plan.algorithm), *long)
 
 
 def _run_planned(opened: Store, job: Job, engine: Engine, progress: Progress | None) -> None:
