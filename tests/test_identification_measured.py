@@ -103,7 +103,7 @@ def test_without_an_end_it_is_found_where_the_modes_stay(noise):
 
 def test_an_end_that_is_told_too_early_is_contradicted():
     t, x = moved(noise=0.003)
-    for early in (2.0, 2.6):
+    for early in (2.0, 2.2, 2.4, 2.6):
         found = identify_measured(Table({"time": t, "x": x}), excitation_end=early)
         assert {finding.code for finding in found.findings} & set(CONTRADICTING), early
     right = identify_measured(Table({"time": t, "x": x}), excitation_end=3.0)

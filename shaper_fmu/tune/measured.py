@@ -188,15 +188,15 @@ def last_change(excitation: np.ndarray) -> int | None:
 
 
 def _unconfirmed(response: FreeResponse, smallest_share: float, end: float) -> list[Finding]:
-    """A finding if a mode does not stay when one begins later: then the response is not free yet, or its modes change."""
-    lost = Beginnings(response, smallest_share).lost(0, strict=False)
-    if lost is None:
+    """A finding if later beginnings speak against a mode: then the response is not free yet, or its modes change."""
+    mode = Beginnings(response, smallest_share).contradicted(0)
+    if mode is None:
         return []
     later = first_free(response, smallest_share)
     hint = f"; it seems to be free from {end + later * response.step:.4g} s on" if later else ""
     text = (
-        f"the mode at {lost.natural_frequency:.4g} rad/s is not the same where one begins half of its period later: the response "
-        f"is not free after {end:g} s, or its modes change as it decays{hint}"
+        f"the mode at {mode.natural_frequency:.4g} rad/s is not the same, or hardly known, where one begins later: the response is "
+        f"not free after {end:g} s, or its modes change as it decays{hint}"
     )
     return [Finding("not_free", text)]
 

@@ -28,6 +28,14 @@ _SURE, _SAME, _FARTHEST = 5.0, 3e-3, 0.02
 """Two poles are the same within so many standard deviations and this share of them; strictly not farther apart than the last."""
 _VISIBLE = 10.0
 """Amplitude of a mode over the standard deviation of its residue at a later beginning, from which on it must be seen there."""
+_LATER = (1 / 16, 1 / 8, 1 / 4, 3 / 8, 1 / 2)
+"""Beginnings, as shares of the record, where nothing may be seen that was not seen before."""
+_SEEN = 0.05
+"""Share of the vibration at a later beginning from which on a mode counts."""
+_KNOWN = _FARTHEST / _SURE
+"""Standard deviation of a pole, as a share of it, up to which a mode tells whether it is another one."""
+_LARGE = 0.2
+"""Share of a mode from which on bounds follow its pole: it must be known within `_FARTHEST` at a later beginning, too."""
 
 
 class Beginnings:
@@ -63,14 +71,47 @@ class Beginnings:
         """
         found = self.seen(first)
         for mode in found.modes if found is not None else ():
-            constant = -1.0 / mode.pole.real if mode.pole.real < 0.0 else math.inf
-            delays = [min(0.5 * mode.period, constant), *(() if strict else (mode.period, 2.0 * mode.period))]
+            delays = [_shortest(mode), *(() if strict else (mode.period, 2.0 * mode.period))]
             if not all(self._stays(mode, first, delay, strict) for delay in delays if strict or _visible(mode, delay)):
                 return mode
         return None
 
+    def contradicted(self, first: int) -> Mode | None:
+        """A mode for which a later beginning speaks against what is seen from `first` on; None if there is none.
+
+        That is one that does not stay (`lost`), is hardly known there, or is seen later and was not before: sums of strongly
+        damped exponentials follow an excitation, and hide in their shares the modes that remain of it.
+        """
+        found = self.seen(first)
+        if found is None:
+            return None
+        return self.lost(first, strict=False) or self._vague(found, first) or self._appearing(found, first)
+
+    def _vague(self, found: Identification, first: int) -> Mode | None:
+        """A mode of a large share that is known worse than bounds need it, half of its period or a time constant later."""
+        for mode in found.modes:
+            there = self._later(first, _shortest(mode))
+            same = [other for other in there.modes if _is_same(mode, other, False)] if there is not None else []
+            if mode.share > _LARGE and not any(_spread(other) < _FARTHEST * abs(other.pole) for other in same):
+                return mode
+        return None
+
+    def _appearing(self, found: Identification, first: int) -> Mode | None:
+        """A mode that is seen later in the record, well, and not from `first` on."""
+        duration = (len(self._response.values) - first) * self._response.step
+        for share in _LATER:
+            there = self._later(first, share * duration)
+            for mode in there.modes if there is not None else ():
+                well = mode.share > _SEEN and _spread(mode) < _KNOWN * abs(mode.pole)
+                if well and not any(_is_same(mode, other, True) for other in found.modes):
+                    return mode
+        return None
+
+    def _later(self, first: int, delay: float) -> Identification | None:
+        return self.seen(first + max(1, math.ceil(delay / self._response.step)))
+
     def _stays(self, mode: Mode, first: int, delay: float, strict: bool) -> bool:
-        there = self.seen(first + max(1, math.ceil(delay / self._response.step)))
+        there = self._later(first, delay)
         return there is not None and any(_is_same(mode, other, strict) for other in there.modes)
 
     def explained(self, first: int, found: Identification) -> bool:
@@ -90,9 +131,18 @@ def _visible(mode: Mode, delay: float) -> bool:
     return bool((left > _VISIBLE * mode.residue_std)[mode.residue_std > 0.0].any())
 
 
+def _shortest(mode: Mode) -> float:
+    """Half of its period, or a time constant if that is shorter [s]."""
+    return min(0.5 * mode.period, -1.0 / mode.pole.real if mode.pole.real < 0.0 else math.inf)
+
+
+def _spread(mode: Mode) -> float:
+    """Standard deviation of a pole [rad/s]."""
+    return math.hypot(mode.natural_frequency_std, mode.damping_ratio_std * mode.natural_frequency)
+
+
 def _is_same(one: Mode, other: Mode, strict: bool) -> bool:
-    spread = [math.hypot(m.natural_frequency_std, m.damping_ratio_std * m.natural_frequency) for m in (one, other)]
-    most = _SURE * math.hypot(*spread) + _SAME * abs(one.pole)
+    most = _SURE * math.hypot(_spread(one), _spread(other)) + _SAME * abs(one.pole)
     return abs(one.pole - other.pole) <= (min(most, _FARTHEST * abs(one.pole)) if strict else most)
 
 
