@@ -48,7 +48,13 @@ def build(
         list[str] | None,
         typer.Option("--start", help="Another start value for a component, such as profile=s_curve; may be repeated."),
     ] = None,
-    name: Annotated[str, typer.Option(help="With --start: what the FMU is called. Default: such as MotionProfile_s_curve.")] = "",
+    without: Annotated[
+        list[str] | None,
+        typer.Option("--without", help="Output that the FMU does not show, such as a Boolean; may be repeated."),
+    ] = None,
+    name: Annotated[
+        str, typer.Option(help="With --start or --without: what the FMU is called. Default: such as MotionProfile_s_curve.")
+    ] = "",
 ) -> None:
     """Build FMUs of components, and SSP archives of system folders (from FMUs built before).
 
@@ -62,8 +68,8 @@ def build(
     input_file()([Path(name) for name in names or [] if name.endswith(".py") and name not in folders])
     _check(folders, platforms or [], backend, fmi)
     components = _components(names, folders)
-    if starts or name:
-        components = [_starting_at(components, starts or [], name)]
+    if starts or without or name:
+        components = [_changed(components, starts or [], without or [], name)]
     output_file()([*(output / f"{component.__name__}.fmu" for component in components), *map(archive_of, folders)])
 
     def make(component: type[Component], said: Said) -> Path:
@@ -111,16 +117,17 @@ def _check(folders: list[str], platforms: list[str], backend: _Backend, fmi: _Fm
         raise typer.BadParameter("the python backend builds FMI 2.0 only; FMI 3.0 needs --backend native", param_hint="--fmi")
 
 
-def _starting_at(components: list[type[Component]], starts: list[str], name: str) -> type[Component]:
+def _changed(components: list[type[Component]], starts: list[str], without: list[str], name: str) -> type[Component]:
     from shaper_fmu.export.start_values import with_start_values
 
-    if len(components) != 1 or not starts:
-        raise typer.BadParameter("start values are for one component that is named", param_hint="--start")
+    if len(components) != 1 or not (starts or without):
+        hint = "--start" if starts or not without else "--without"
+        raise typer.BadParameter("start values and outputs to leave out are for one component that is named", param_hint=hint)
     for start in starts:
         if "=" not in start:
             raise typer.BadParameter(f"{start!r} is not of the form variable=value", param_hint="--start")
-    with wrong_usage("--start"):
-        return with_start_values(components[0], dict(start.split("=", 1) for start in starts), name)
+    with wrong_usage("--start" if starts or not without else "--without"):
+        return with_start_values(components[0], dict(start.split("=", 1) for start in starts), name, without)
 
 
 def _built(components: list[type[Component]], make: Callable[[type[Component], Said], Path], parts: int) -> list[Path]:

@@ -28,6 +28,7 @@ import hashlib
 import math
 import re
 import struct
+import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -35,6 +36,9 @@ from shaper_fmu.errors import ComponentError, nearest
 
 NO_EVENT = 1e300
 """Value of `next_event_time` when nothing is pending [s]."""
+
+MEAN = "mean of `{}` over the last step, for masters that hold inputs; in model exchange, between the last two events"
+"""Description of an output that is another one's mean."""
 
 Scalar = float | int | bool
 Exclusive = bool | Literal["min", "max"]
@@ -108,6 +112,28 @@ class Variable:
         if len(other.starts) != len(self.starts):
             raise ComponentError(f"{self.name}: {len(other.starts)} start values for {len(self.starts)} elements")
         return other
+
+    def hidden(self) -> Variable:
+        """The same result as a field of the record that the FMU does not show, for a subclass of its component."""
+        other = copy.copy(self)
+        other.causality = "state"
+        return other
+
+    @property
+    def published_bounds(self) -> dict[str, Scalar]:
+        """Bounds as FMI has them, which belong to the domain: for an excluded one the next number; at zero the smallest that is
+        normal, since some readers of XML refuse smaller ones."""
+        bounds: dict[str, Scalar] = {}
+        for side, bound, inwards in (("min", self.min, 1), ("max", self.max, -1)):
+            if bound is None:
+                continue
+            if self.exclusive not in (True, side):
+                bounds[side] = self.kind(bound)
+            elif self.kind is int:
+                bounds[side] = int(bound) + inwards
+            else:
+                bounds[side] = inwards * sys.float_info.min if bound == 0.0 else math.nextafter(bound, inwards * math.inf)
+        return bounds
 
     @property
     def scalar_names(self) -> list[str]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import enum
+import math
+import sys
 from pathlib import Path
 
 import fmpy
@@ -21,7 +23,7 @@ from description_cases import (
 )
 from lxml import etree
 
-from shaper_fmu.component import Component, Input, Local, Output, Variable
+from shaper_fmu.component import Component, Input, Local, Output, Parameter, Variable
 from shaper_fmu.errors import BuildError
 from shaper_fmu.export.model_description import (
     fmi2_model_description,
@@ -100,7 +102,8 @@ def test_start_initial_and_variability_follow_the_tables_of_the_standards(name, 
         if causality in ("parameter", "calculatedParameter"):
             assert item.get("variability") == ("tunable" if variable.tunable else "fixed")
         else:
-            assert item.get("variability") == ("continuous" if variable.kind is float else "discrete")
+            continuous = variable.kind is float and variable.name != "next_event_time"
+            assert item.get("variability") == ("continuous" if continuous else "discrete")
 
 
 @every_component
@@ -120,15 +123,17 @@ def test_values_units_and_bounds_are_the_declared_ones(name, version):
         starts = variable.starts if version == "2" else [variable.starts]
         for label, start in zip(labels, starts, strict=True):
             v = found[label]
-            assert v.description == variable.description != ""
+            assert variable.description
+            assert str(v.description).split("; greater than ")[0].split("; less than ")[0] == variable.description
+            assert (v.description != variable.description) == bool(variable.exclusive)
             assert (v.unit or "") == (variable.unit if variable.kind is float else "")
             assert (v.displayUnit or "") == variable.display_unit
             if variable.causality in STARTED:
                 given = [number(text) for text in str(v.start).split()]
                 assert given == [float(s) for s in (start if isinstance(start, list) else [start])]
             for bound in ("min", "max"):
-                expected = getattr(variable, bound)
-                assert (None if getattr(v, bound) is None else float(str(getattr(v, bound)))) == expected
+                given = getattr(v, bound)
+                assert (None if given is None else float(str(given))) == variable.published_bounds.get(bound)
             if issubclass(variable.kind, enum.IntEnum):
                 assert v.declaredType is not None
                 items = {item.name: int(str(item.value)) for item in v.declaredType.items}
@@ -294,3 +299,50 @@ def test_what_may_be_read_before_a_step_is_said_in_both_versions_and_by_both_bac
         (description_of(name, "3"), "Annotations/Annotation[@type='io.shaper-fmu']/*"),
     ):
         assert [etree.tostring(found).strip() for found in etree.fromstring(xml).findall(path)] == [said]
+
+
+@both_versions
+@every_component
+def test_published_bounds_are_in_the_domain_and_the_numbers_before_them_are_not(name, version):
+    """FMI's min and max are inclusive; at an excluded zero the smallest normal number stands for the next one."""
+    for v in described(name, version).modelVariables:
+        if v.causality not in ("input", "parameter"):
+            continue
+        variable = ALL[name].variables[v.name.split("[")[0]]
+        for bound, beyond in ((v.min, -math.inf), (v.max, math.inf)):
+            if bound is not None and variable.kind in (float, int):
+                given = variable.kind(str(bound))
+                assert variable.problem(v.name, given) is None
+                outside = given + int(math.copysign(1, beyond)) if variable.kind is int else math.nextafter(given, beyond)
+                assert variable.problem(v.name, 0.0 if abs(given) == sys.float_info.min else outside) is not None
+
+
+@both_versions
+def test_integers_and_negative_bounds_are_published_inclusive(version):
+    class Bounded(Component):
+        count = Parameter(3, "", "count", min=1, max=9, exclusive=True)
+        share = Parameter(-0.5, "", "share", min=-1.0, max=0.0, exclusive=True)
+        angle = Parameter(0.5, "", "angle", min=-2.0, max=2.0, exclusive="min")
+        result = Output("", "result")
+
+        def step(self, t, h):
+            pass
+
+    make = fmi2_native_description if version == "2" else fmi3_native_description
+    declared = read_back(make(Bounded, TOKEN, "x")).modelVariables[:3]
+    found = {v.name: (float(str(v.min)), float(str(v.max))) for v in declared}
+    assert found["count"] == (2, 8)
+    assert found["share"] == (math.nextafter(-1.0, 0.0), -sys.float_info.min)
+    assert found["angle"] == (math.nextafter(-2.0, 0.0), 2.0)
+    assert [v.description for v in declared] == [
+        "count; greater than 1 and less than 9",
+        "share; greater than -1 and less than 0",
+        "angle; greater than -2",
+    ]
+
+
+@both_versions
+@every_component
+def test_the_announced_event_is_discrete(name, version):
+    found = {v.name: v.variability for v in described(name, version).modelVariables}
+    assert found.get("next_event_time", "discrete") == "discrete"

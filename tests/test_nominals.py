@@ -45,7 +45,7 @@ def simulated(name: str, fmi: int, kind: str, tolerance: float | None, interval:
         **options,
         output=[v.name for v in variables if v.causality == "output" and v.name not in JUMPING],
     )
-    return {name: found[name].reshape(len(found), -1) for name in found.dtype.names}
+    return {name: found[name].reshape(len(found), -1) for name in found.dtype.names or ()}
 
 
 @both_versions

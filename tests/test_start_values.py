@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from conftest import gain_component
 
@@ -88,3 +90,41 @@ def test_a_wrong_fmus_toml_is_told_by_its_name(tmp_path, text, words):
     (tmp_path / "fmus.toml").write_text(text)
     with pytest.raises(BuildError, match=rf"fmus\.toml: .*({words})"):
         own_fmus(tmp_path)
+
+
+@pytest.mark.parametrize(("backend", "fmi"), [("native", 2), ("native", 3), ("python", 2)])
+def test_outputs_can_be_left_out_for_clients_that_read_numbers_alone(tmp_path, backend, fmi):
+    """What is left is as before, to the bit; the kernels are those of the component, and nothing is compiled anew."""
+    variant = with_start_values(MotionProfile, {"profile": "trapezoid"}, without=["moving", "shortest_duration"])
+    assert variant.__name__ == "MotionProfile_trapezoid_without_moving_shortest_duration"
+    assert kernel_files(variant) == kernel_files(MotionProfile)
+    path = build_fmu(variant, tmp_path, backend=backend, fmi=fmi, platforms=["this"])
+    loaded = load_fmu(path)
+    shown = [v.name for v in MotionProfile.variables.values() if v.causality != "state"]
+    assert [n for n in loaded.variables if n != "time"] == [n for n in shown if n not in ("moving", "shortest_duration")]
+    plain = MotionProfile(profile="trapezoid")
+    plain.initialize()
+    system = System()
+    system.add("profile", path)
+    results = system.simulate(1.0, 0.1)
+    for i in range(10):
+        plain.do_step(0.1 * i, 0.1)
+    assert results["profile.position"][-1] == plain.position
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("mowing", "MotionProfile has no output 'mowing' to leave out. Did you mean 'moving'"),
+        ("profile", "MotionProfile has no output 'profile' to leave out"),
+        ("ramp", "MotionProfile has no output 'ramp' to leave out"),
+    ],
+)
+def test_what_cannot_be_left_out_is_told(name, words):
+    with pytest.raises(ComponentError, match=re.escape(words)):
+        with_start_values(MotionProfile, {}, without=[name])
+
+
+def test_a_derivative_that_is_left_out_is_told(tmp_path):
+    with pytest.raises(BuildError, match="the derivative of 'position', 'velocity', must be an output or a local"):
+        build_fmu(with_start_values(MotionProfile, {}, without=["velocity"]), tmp_path, platforms=["this"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from shaper_fmu.component import NO_EVENT, Calculated, Input, Output, Parameter, State, time_tolerance
+from shaper_fmu.component import MEAN, NO_EVENT, Calculated, Input, Output, Parameter, State, time_tolerance
 from shaper_fmu.shapers.convolution import convolve
 from shaper_fmu.shapers.kinds import Shaper, design_mode
 from shaper_fmu.shapers.sensitivity import insensitivity
@@ -81,7 +81,7 @@ class InputShaper(DesignWorkspace):
     )
     certificate = Calculated("", "largest residual of the equations that define the shaper", tunable=True)
     shaped = Output("", "shaped command")
-    shaped_mean = Output("", "mean of `shaped` over the last step, for masters that hold inputs")
+    shaped_mean = Output("", MEAN.format("shaped"))
     next_event_time = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
     settled = Output("", "true when nothing more is pending", start=True)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from shaper_fmu.component import NO_EVENT, Calculated, Output, Parameter, State, time_tolerance
+from shaper_fmu.component import MEAN, NO_EVENT, Calculated, Output, Parameter, State, time_tolerance
 from shaper_fmu.profiles.cycloid_versine_ramp import cycloid_versine_ramp
 from shaper_fmu.pulses.carrier import carrier_frequency, carrier_switches, triangle
 from shaper_fmu.pulses.carrier_polished import polish_until_wide
@@ -70,7 +70,7 @@ class PulseTrain(DesignWorkspace):
     residual_vibration = Calculated("", "V: residual envelope at the end of the travel over that of a step at the start")
     travel_time = Calculated("s", "time from the start of the command to its arrival")
     pulse = Output("", "the on/off command")
-    pulse_mean = Output("", "mean of `pulse` over the last step, for masters that hold inputs")
+    pulse_mean = Output("", MEAN.format("pulse"))
     reference = Output("", "what the carrier modulates; without a carrier, a step at the start")
     carrier = Output("", "the triangle carrier; 0 in designs without one")
     next_event_time = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from shaper_fmu.component import NO_EVENT, Component, Input, Output, Parameter, State, time_tolerance
+from shaper_fmu.component import MEAN, NO_EVENT, Component, Input, Output, Parameter, State, time_tolerance
 
 MOST_PERIODS = 1e5
 FARTHEST_EDGE = 1e12
@@ -44,7 +44,7 @@ class PulseWidthModulator(Component):
     carrier_phase = Parameter(0.0, "rad", "phase of the carrier at time zero; 0 is at its peak, falling", display_unit="deg")
     minimum_pulse_width = Parameter(0.0, "s", "shortest time between two switches", min=0.0)
     pulse = Output("", "the on/off command, 0 or 1")
-    pulse_mean = Output("", "mean of `pulse` over the last step, for masters that hold inputs")
+    pulse_mean = Output("", MEAN.format("pulse"))
     next_event_time = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
 
     last_switch = State(-NO_EVENT)

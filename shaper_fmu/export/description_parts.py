@@ -96,18 +96,25 @@ def add_annotation(root: etree._Element, parent: str, element: str, naming: str)
     etree.SubElement(annotation, "DirectFeedthrough", outputsBetweenSetAndStep="true")
 
 
+def _description(variable: Variable) -> str:
+    """The declared one, with the bounds that do not belong to the domain: FMI's min and max do."""
+    sides = (("min", "greater than", variable.min), ("max", "less than", variable.max))
+    excluded = [f"{words} {bound:g}" for side, words, bound in sides if bound is not None and variable.exclusive in (True, side)]
+    return "; ".join(part for part in (variable.description, " and ".join(excluded)) if part)
+
+
 def common_attributes(variable: Variable, name: str, reference: int) -> dict[str, str]:
     """Name, value reference, description, causality, variability and, for all but inputs, `initial`.
 
     Real inputs, outputs and locals are continuous even where they jump at events: a discrete variable would have to stay
-    constant between events.
+    constant between events, as the announced event does.
     """
     if variable.causality in ("parameter", "calculatedParameter"):
         variability = "tunable" if variable.tunable else "fixed"
     else:
-        variability = "continuous" if variable.kind is float else "discrete"
+        variability = "continuous" if variable.kind is float and variable.name != "next_event_time" else "discrete"
     attributes = {
-        "name": name, "valueReference": str(reference), "description": variable.description,
+        "name": name, "valueReference": str(reference), "description": _description(variable),
         "causality": variable.causality, "variability": variability,
     }  # fmt: skip
     if variable.causality != "input":
@@ -125,8 +132,7 @@ def typed_attributes(variable: Variable) -> dict[str, str]:
         if variable.display_unit:
             attributes["displayUnit"] = variable.display_unit
     if variable.kind in (float, int):
-        bounds = (("min", variable.min), ("max", variable.max))
-        attributes.update({key: text(variable.kind(bound)) for key, bound in bounds if bound is not None})
+        attributes.update({side: text(bound) for side, bound in variable.published_bounds.items()})
     return attributes
 
 

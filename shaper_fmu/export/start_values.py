@@ -8,12 +8,12 @@ and the FMU's GUID follows from its source.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from shaper_fmu.component import Component, Variable
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ComponentError, nearest
 from shaper_fmu.export.cache import cached, digest
 from shaper_fmu.export.description_parts import summary
 from shaper_fmu.registry import load_components
@@ -33,13 +33,16 @@ class {name}({base}):
 '''
 
 
-def with_start_values(component: type[Component], values: Mapping[str, Any], name: str = "") -> type[Component]:
-    """A component that differs from this one in start values of parameters and inputs, and in its name.
+def with_start_values(
+    component: type[Component], values: Mapping[str, Any], name: str = "", without: Sequence[str] = ()
+) -> type[Component]:
+    """A component that differs from this one in start values of parameters and inputs, in what it shows, and in its name.
 
     Args:
         component: the component to start from.
         values: by name ("profile", "natural_frequency[1]"): a value, its text, an item's name, or a sequence for an array.
         name: what it is called; default: the component's name and the values, as in MotionProfile_s_curve.
+        without: outputs and other results that the FMU does not show, such as Booleans for clients that read numbers alone.
 
     Raises ComponentError for an unknown name, a wrong value, or a name that no FMU can have.
     """
@@ -47,8 +50,12 @@ def with_start_values(component: type[Component], values: Mapping[str, Any], nam
     for variable, value in values.items():
         changed.set(variable, _typed(component, variable, value))
     changed.check_values("parameter", "input")
-    said = ", ".join(f"{variable} = {_text(value)}" for variable, value in values.items())
-    name = name or re.sub(r"\W+", "_", "_".join([component.__name__, *map(_text, values.values())])).strip("_")
+    _check_left_out(component, without)
+    start = ", ".join(f"{variable} = {_text(value)}" for variable, value in values.items())
+    said = "; ".join(part for part in (start and f"start values: {start}", without and f"without {', '.join(without)}") if part)
+    name = name or re.sub(
+        r"\W+", "_", "_".join([component.__name__, *map(_text, values.values()), *(["without", *without] if without else [])])
+    ).strip("_")
     if not name.isidentifier() or not name.isascii() or name == component.__name__:
         raise ComponentError(f"{name!r} is no name for {component.__name__} with other start values: letters, digits and _ only")
     found = [v for v in component.variables.values() if v.causality in ("parameter", "input")]
@@ -57,14 +64,22 @@ def with_start_values(component: type[Component], values: Mapping[str, Any], nam
         module=component.__module__,
         base=component.__name__,
         name=name,
-        summary=f"{summary(component).rstrip('.')}; start values: {said}.".replace("\\", "\\\\"),
+        summary=f"{summary(component).rstrip('.')}; {said}.".replace("\\", "\\\\"),
         lines="\n".join(
-            f"    {v.name} = {component.__name__}.variables[{v.name!r}].starting_at({_written(changed, v)})" for v in other
+            [f"    {v.name} = {component.__name__}.variables[{v.name!r}].starting_at({_written(changed, v)})" for v in other]
+            + [f"    {label} = {component.__name__}.variables[{label!r}].hidden()" for label in dict.fromkeys(without)]
         )
         or "    pass",
     )
     path = cached("start_values", f"{name}_{digest(source)}.py", source.encode)
     return next(found for found in load_components(Path(path)) if found.__name__ == name)
+
+
+def _check_left_out(component: type[Component], names: Sequence[str]) -> None:
+    known = [v.name for v in component.variables.values() if v.causality in ("output", "local", "calculatedParameter")]
+    for name in names:
+        if name not in known:
+            raise ComponentError(f"{component.__name__} has no output {name!r} to leave out.{nearest(name, known)}")
 
 
 def _typed(component: type[Component], name: str, value: Any) -> Any:
