@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from shaper_fmu.analysis.identification.classify import FEWEST_PERIODS
 from shaper_fmu.analysis.identification.findings import CONTRADICTING, disturbance
 from shaper_fmu.analysis.identification.identify import identify, left_by
 from shaper_fmu.analysis.identification.record import FEWEST_SAMPLES, FreeResponse, IdentificationError, free_response
@@ -71,7 +72,8 @@ class Beginnings:
         """
         found = self.seen(first)
         for mode in found.modes if found is not None else ():
-            delays = [_shortest(mode), *(() if strict else (mode.period, 2.0 * mode.period))]
+            longer = [] if strict else [d for d in (mode.period, 2.0 * mode.period) if self._lasts(first, d, mode)]
+            delays = [_shortest(mode), *longer]
             if not all(self._stays(mode, first, delay, strict) for delay in delays if strict or _visible(mode, delay)):
                 return mode
         return None
@@ -106,6 +108,11 @@ class Beginnings:
                 if well and not any(_is_same(mode, other, True) for other in found.modes):
                     return mode
         return None
+
+    def _lasts(self, first: int, delay: float, mode: Mode) -> bool:
+        """Whether the record goes on after a delay for as many periods as a mode needs to be told."""
+        left = (len(self._response.values) - first) * self._response.step - delay
+        return left >= (FEWEST_PERIODS + 0.5) * mode.period
 
     def _later(self, first: int, delay: float) -> Identification | None:
         return self.seen(first + max(1, math.ceil(delay / self._response.step)))
