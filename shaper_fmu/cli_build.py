@@ -70,6 +70,7 @@ def build(
     components = _components(names, folders)
     if starts or without or name:
         components = [_changed(components, starts or [], without or [], name)]
+    _check_files(components)
     output_file()([*(output / f"{component.__name__}.fmu" for component in components), *map(archive_of, folders)])
 
     def make(component: type[Component], said: Said) -> Path:
@@ -115,6 +116,16 @@ def _check(folders: list[str], platforms: list[str], backend: _Backend, fmi: _Fm
             platform_named(name)
     if backend is _Backend.python and fmi is not _Fmi.two:
         raise typer.BadParameter("the python backend builds FMI 2.0 only; FMI 3.0 needs --backend native", param_hint="--fmi")
+
+
+def _check_files(components: list[type[Component]]) -> None:
+    """Raise BadParameter for components whose FMUs would be one file, as names that differ in case are on some systems."""
+    known: dict[str, type[Component]] = {}
+    for component in components:
+        other = known.setdefault(component.__name__.lower(), component)
+        if other is not component:
+            names = f"{other.__name__} of {other.__module__} and {component.__name__} of {component.__module__}"
+            raise typer.BadParameter(f"{names} would be written into one file; build them into two folders", param_hint="NAMES")
 
 
 def _changed(components: list[type[Component]], starts: list[str], without: list[str], name: str) -> type[Component]:

@@ -40,6 +40,9 @@ NO_EVENT = 1e300
 MEAN = "mean of `{}` over the last step, for masters that hold inputs; in model exchange, between the last two events"
 """Description of an output that is another one's mean."""
 
+MOST_ELEMENTS = 65535
+"""Elements of an array; the exported C code counts them in 16 bits."""
+
 Scalar = float | int | bool
 Exclusive = bool | Literal["min", "max"]
 
@@ -85,12 +88,29 @@ class Variable:
         self.size, self.min, self.max, self.exclusive = size, min, max, exclusive
         self.tunable, self.display_unit, self.depends = tunable, display_unit, depends
         self.derivative, self.slope, self.nominal = derivative, slope, nominal
-        first = start[0] if isinstance(start, list | tuple) else start
+        first = start[0] if isinstance(start, list | tuple) and start else start
+        if kind is not None and not isinstance(kind, type):
+            raise ComponentError(f"{description!r}: kind = {kind!r} must be float, int, bool or an IntEnum")
         self.kind: type = kind or (type(first) if isinstance(first, enum.IntEnum | bool | int) else float)
+        if size is not None and (type(size) is not int or not 1 <= size <= MOST_ELEMENTS):
+            raise ComponentError(
+                f"{description!r}: size = {size!r} must be a whole number from 1 to {MOST_ELEMENTS}; None is a scalar"
+            )
         given = list(start) if isinstance(start, list | tuple) else [start] * (size or 1)
         if len(given) != (size or 1):
             raise ComponentError(f"{description!r}: {len(given)} start values for {size or 1} elements")
-        self.starts = [self.kind(value) for value in given]
+        self.starts = [self._started(value) for value in given]
+
+    def _started(self, value: Any) -> Any:
+        """A start value in the variable's type, if that is what it is."""
+        try:
+            converted = self.kind(value)
+            if not isinstance(value, str | bytes) and (self.kind is float or converted == value):
+                return converted
+        except (TypeError, ValueError, OverflowError):
+            pass
+        name = getattr(self.kind, "__name__", self.kind)
+        raise ComponentError(f"{self.name or self.description!r}: the start value {value!r:.60} is not of type {name}")
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
@@ -108,7 +128,7 @@ class Variable:
     def starting_at(self, start: Any) -> Variable:
         """The same variable with another start value (of an array, all of them), for a subclass of its component."""
         other = copy.copy(self)
-        other.starts = [self.kind(value) for value in ([start] if self.size is None else start)]
+        other.starts = [self._started(value) for value in ([start] if self.size is None else start)]
         if len(other.starts) != len(self.starts):
             raise ComponentError(f"{self.name}: {len(other.starts)} start values for {len(self.starts)} elements")
         return other
@@ -224,6 +244,8 @@ class Component:
         super().__init_subclass__()
         own = {name: value for name, value in vars(cls).items() if isinstance(value, Variable)}
         for name in own:
+            if own[name].name != name:
+                raise ComponentError(f"{cls.__name__}: {name} and {own[name].name} are one variable; declare each by itself")
             if name in Component.__dict__:
                 raise ComponentError(f"{cls.__name__}: a variable cannot be called {name!r}, Component uses that name")
         cls.variables = {**cls.variables, **own}
@@ -332,6 +354,8 @@ class Component:
         """The text of a kernel's status number, with the values of the variables it names."""
 
         def shown(match: re.Match[str]) -> str:
+            if match[1] not in self.variables:
+                return match[0]
             value, variable = getattr(self, match[1]), self.variables[match[1]]
             if issubclass(variable.kind, enum.IntEnum):
                 return variable.kind(value).name

@@ -8,11 +8,17 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import inspect
+import os
 import pkgutil
+import re
 import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
+from typing import NoReturn
 
 from shaper_fmu.component import Component
 from shaper_fmu.errors import ComponentError, nearest
@@ -67,21 +73,54 @@ def find_component(name: str) -> type[Component]:
     return known[name]
 
 
+@contextmanager
+def _process_kept() -> Iterator[None]:
+    """What a file may change while it is loaded is put back, and it cannot end the process without a word."""
+    folder, leave = os.getcwd(), os._exit
+
+    def refused(status: int = 0) -> NoReturn:
+        raise SystemExit(status)
+
+    os._exit = refused
+    try:
+        yield
+    finally:
+        os._exit = leave
+        os.chdir(folder)
+
+
+def _failed(path: Path, error: BaseException) -> str:
+    """Why a file does not load, with its line."""
+    file = os.path.realpath(path)
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if os.path.realpath(frame.filename) == file]
+    where = f"{path}:{lines[-1]}" if lines else str(path)
+    if isinstance(error, ComponentError):
+        return f"{where}: {error}"
+    if isinstance(error, SystemExit):
+        advice = "leave that out, or put it under if __name__ == '__main__'"
+        return f"{where}: the file ends the process (exit status {error.code}) while it is loaded; {advice}"
+    return f"{where}: {type(error).__name__}: {error}"
+
+
 def load_components(path: Path) -> list[type[Component]]:
     """The components defined in a Python file of the user's. Raises ComponentError when there are none or it does not load."""
     if not path.is_file():
         raise ComponentError(f"{path}: no such file")
-    name = f"component_{path.stem}"  # so that the file cannot take the place of a module of its name
+    # so that the file cannot take the place of a module of its name, and can be imported under it, whatever its name is
+    name = re.sub(r"\W", "_", f"component_{path.stem}", flags=re.ASCII)
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ComponentError(f"{path}: not a Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
-        spec.loader.exec_module(module)
-    except Exception as error:
+        with _process_kept():
+            spec.loader.exec_module(module)
+    except BaseException as error:
         del sys.modules[name]
-        raise ComponentError(f"{path}: {type(error).__name__}: {error}") from error
+        if isinstance(error, KeyboardInterrupt):
+            raise
+        raise ComponentError(_failed(path, error)) from error
     found = components_of(module)
     if not found:
         raise ComponentError(f"{path}: no subclass of shaper_fmu.Component with a step function in this file")

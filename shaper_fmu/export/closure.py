@@ -32,7 +32,7 @@ def packed_sources(component: type[Component]) -> tuple[str, dict[str, str]]:
         module = pending.pop()
         if module not in sources:
             file = source_file(component) if module == component.__module__ else _source_file(module)
-            sources[module] = file.read_text(encoding="utf-8")
+            sources[module] = _text(file)
             pending += _imported(module, sources[module], packages)
     digest = hashlib.sha256(repr((component.__name__, sorted(sources.items()))).encode()).hexdigest()[:16]
     root = f"shaper_fmu_{digest}"
@@ -49,6 +49,13 @@ def source_file(component: type[Component]) -> Path:
     """The file that defines the component. The class tells it: its module's name may meanwhile stand for another file."""
     own = next((value for value in vars(component).values() if isinstance(value, FunctionType)), None)
     return Path(own.__code__.co_filename) if own is not None else _source_file(component.__module__)
+
+
+def _text(file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise BuildError(f"{file}: byte {error.start + 1} is not UTF-8; save the file as UTF-8") from None
 
 
 def _source_file(module: str) -> Path:

@@ -8,20 +8,23 @@ from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 from shaper_fmu.component import Component
-from shaper_fmu.errors import BuildError, nearest
+from shaper_fmu.errors import BuildError, ShaperFmuError, nearest
+from shaper_fmu.export.declarations import check_declaration
 
 
 def check_component(component: type[Component]) -> None:
     """Try the component as it is declared. Raises BuildError for what would surface only when the FMU runs."""
     name = component.__name__
-    if not (name.isascii() and name.isidentifier()):
-        raise BuildError(f"{name}: the name of a component must be an ASCII identifier, since the FMU's library is called so")
-    instance = component()
+    check_declaration(component)
     try:
+        instance = component()
         instance.initialize(0.0)
         instance.do_step(0.0, component.default_step_size)
-    except Exception as error:
-        raise BuildError(f"{name} does not run with its start values: {error}") from error
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # SystemExit, too: a kernel that ends the process would end its host
+        words = str(error) if isinstance(error, ShaperFmuError) else f"{type(error).__name__}: {error}"
+        raise BuildError(f"{name} does not run with its start values: {words}") from error
     for attribute in vars(instance):
         if attribute not in component.variables:
             raise BuildError(f"{name} sets {attribute!r}, which is not declared.{nearest(attribute, component.variables)}")

@@ -10,6 +10,7 @@ import json
 import os
 import subprocess
 import sys
+import sysconfig
 from importlib.metadata import version
 from pathlib import Path
 
@@ -53,8 +54,11 @@ def _with_own_kernels(component: type[Component]) -> type[Component]:
 
 
 def _compiled_elsewhere(component: type[Component]) -> dict[str, str]:
-    command = [sys.executable, "-m", __name__, str(source_file(component)), component.__module__, component.__name__]
-    environment = {**os.environ, **_PLAIN_PROCESSOR, "PYTHONPATH": os.pathsep.join(entry for entry in sys.path if entry)}
+    start = f"import sys; sys.path[:] = {_search_path()!r}; from {__name__} import answer; answer()"
+    arguments = [str(source_file(component)), component.__module__, component.__name__]
+    command = [sys.executable, "-P", "-c", start, *arguments]
+    environment = {**os.environ, **_PLAIN_PROCESSOR}
+    environment.pop("PYTHONPATH", None)
     done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
     try:
         answer = json.loads(done.stdout)
@@ -67,6 +71,17 @@ def _compiled_elsewhere(component: type[Component]) -> dict[str, str]:
     if answer.pop("layout") != _layout(component):  # a library whose parts disagree about its record would crash its host
         raise BuildError(f"{component.__name__}: its source has changed since it was loaded; build it again")
     return answer
+
+
+def _search_path() -> list[str]:
+    """Where modules are looked for: this process's folders, the standard library's first, since a file such as random.py beside
+    a component is not the module that the compiler means."""
+    library = sysconfig.get_path("stdlib")
+
+    def is_ours(entry: str) -> bool:
+        return not entry.startswith(library) or "-packages" in entry
+
+    return sorted(filter(None, sys.path), key=is_ours)
 
 
 def _layout(component: type[Component]) -> str:
@@ -88,7 +103,15 @@ def _main(file: str, module: str, name: str) -> dict[str, str]:
         return {"layout": _layout(component), **kernels}
     except ShaperFmuError as error:
         return {"error": str(error)}
+    except (ImportError, AttributeError, StopIteration) as error:
+        words = f"{name} cannot be loaded from {file} to be compiled ({type(error).__name__}: {error})"
+        return {"error": f"{words}; define it at the top level of a file of its own, which does the same each time it is loaded"}
 
 
-if __name__ == "__main__":
-    print(json.dumps(_main(*sys.argv[1:])))
+def answer() -> None:
+    """Write the answer to the standard output, and what the component's file writes there to the standard error."""
+    output = os.dup(1)
+    os.dup2(2, 1)
+    found = json.dumps(_main(*sys.argv[1:]))
+    with os.fdopen(output, "w") as stream:
+        stream.write(found)
