@@ -155,7 +155,7 @@ def test_a_build_leaves_no_draft_behind(tmp_path):
     ("old", "new", "words"),
     [
         ("self.result =", "self.reslt =", "sets 'reslt', which is not declared. Did you mean 'result'"),
-        ("Parameter(1.0,", "Parameter(math.nan,", "does not run with its start values: .*factor is nan"),
+        ("Parameter(1.0,", "Parameter(math.nan,", "the start value of factor is nan; it must be a finite number"),
         ("def step(self, t, h)", "def step(self, t)", "does not run with its start values"),
         ("class Gain", "class Gäin", "must be an ASCII identifier"),
     ],
