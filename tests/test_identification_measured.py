@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from shaper_fmu.analysis.identification import CONTRADICTING, IdentificationError
+from shaper_fmu.master.results import Results
 from shaper_fmu.tune.measured import identify_measured
 from shaper_fmu.tune.measured_table import Table, read_table
 
@@ -73,6 +74,22 @@ def test_parquet_gives_the_same(tmp_path):
     (tmp_path / "bad.parquet").write_text("no table")
     with pytest.raises(IdentificationError, match=r"bad\.parquet"):
         read_table(tmp_path / "bad.parquet")
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_apostrophes_against_formulas_are_no_part_of_names(tmp_path, separator):
+    """Tables of our runs are read with the names that they were written of; an apostrophe that guards nothing is part of its name."""
+    names = ["=cmd.x", "-x", "+y", "@z", "'=q", "'plain", " =w", "x"]
+    Results(T[:3], {name: T[:3] * k for k, name in enumerate(names)}).to_csv(tmp_path / "run.csv")
+    (tmp_path / "run.csv").write_text((tmp_path / "run.csv").read_text().replace(",", separator))
+    found = read_table(tmp_path / "run.csv")
+    assert found.names == ["time", *(name.strip() for name in names)]
+    assert all(found[name.strip()].tolist() == (T[:3] * k).tolist() for k, name in enumerate(names))
+
+
+def test_an_apostrophe_against_formulas_before_a_name_with_a_unit(tmp_path):
+    (tmp_path / "r.csv").write_text("t [s],'-x [mm]\n0,1\n")
+    assert read_table(tmp_path / "r.csv").units == {"t": "s", "-x": "mm"}
 
 
 def test_the_excitation_ends_with_the_inputs_last_change():

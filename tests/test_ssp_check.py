@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import copy
+import io
 import random
+import zipfile
 
 import pytest
 from lxml import etree
@@ -58,6 +60,22 @@ def test_the_command_prints_every_finding_and_exits_with_one(right, tmp_path):
     portable = command("check", "--portable", "right.ssp", cwd=tmp_path)
     assert portable.returncode == 1
     assert "line 8: a nested system (command): libcosim and ecos refuse the archive" in portable.stdout
+
+
+def test_a_step_that_does_not_divide_the_run_is_told_where_an_fmu_takes_no_other(right, tmp_path):
+    """As `run` refuses it; the FMU's own words for it are taken away."""
+    files = dict(right)
+    plant = next(name for name in files if name.endswith("MassSpringDamper.fmu"))
+    content = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(files[plant])) as old, zipfile.ZipFile(content, "w") as new:
+        for entry in old.infolist():
+            text = old.read(entry)
+            new.writestr(entry, text.replace(b'canHandleVariableCommunicationStepSize="true"', b""))
+    files[plant] = content.getvalue()
+    assert check_ssp(save(files, tmp_path / "whole.ssp")) == []
+    files[SSD] = files[SSD].replace(b'stopTime="5"', b'stopTime="5.005"')
+    told = check_ssp(save(files, tmp_path / "broken.ssp"))
+    assert told == ["default experiment: plant takes no variable steps, so stop_time must be a multiple of the step 0.01 s"]
 
 
 def changed_at_random(files: dict[str, bytes], chance: random.Random) -> dict[str, bytes]:

@@ -136,14 +136,21 @@ def test_a_file_of_another_kind_is_refused(read):
         read(b'<!DOCTYPE a [<!ENTITY e "1">]><a>&e;</a>', "x")
 
 
-def test_settings_of_other_tools_are_found():
-    def described(*annotations: str) -> d.SystemDescription:
-        inner = "".join(f'<ssc:Annotation type="t">{text}</ssc:Annotation>' for text in annotations)
-        return read_description(ssd(f'<ssd:System name="s"><ssd:Annotations>{inner}</ssd:Annotations></ssd:System>'), "x.ssd")
+OSP = '<o:Algorithm xmlns:o="http://opensimulationplatform.com/SSP/OSPAnnotations"><o:FixedStepAlgorithm baseStepSize="0.5"/></o:Algorithm>'
+OMS = '<m:SimulationInformation xmlns:m="{}"><m:FixedStepMaster description="oms-ma" stepSize="0.25"/></m:SimulationInformation>'
+VARIABLE = OMS.replace('FixedStepMaster description="oms-ma" stepSize="0.25"', 'VariableStepMaster maximumStepSize="0.125"')
+OMS_URI = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd"
 
-    osp = '<o:Algorithm xmlns:o="http://opensimulationplatform.com/SSP/OSPAnnotations"><o:FixedStepAlgorithm baseStepSize="0.5"/></o:Algorithm>'
-    oms = '<m:S xmlns:m="m"><m:FixedStepMaster description="oms-ma" stepSize="0.25"/></m:S>'
-    variable = '<m:S xmlns:m="m"><m:VariableStepMaster description="oms-mav" maximumStepSize="0.125"/></m:S>'
+
+def described(*annotations: tuple[str, str]) -> d.SystemDescription:
+    """A description whose root system has annotations of these types with this content."""
+    inner = "".join(f'<ssc:Annotation type="{kind}">{text}</ssc:Annotation>' for kind, text in annotations)
+    return read_description(ssd(f'<ssd:System name="s"><ssd:Annotations>{inner}</ssd:Annotations></ssd:System>'), "x.ssd")
+
+
+def test_settings_of_other_tools_are_found():
+    osp, oms = ("com.opensimulationplatform", OSP), ("org.openmodelica", OMS.format(OMS_URI))
+    variable = ("org.openmodelica", f'<m:Annotations xmlns:m="{OMS_URI}">{VARIABLE.format(OMS_URI)}</m:Annotations>')
     found = [described(*texts) for texts in ((), (osp,), (osp, oms), (variable,))]
     assert [(x.step_size, x.algorithm) for x in found] == [
         (None, None),
@@ -152,7 +159,43 @@ def test_settings_of_other_tools_are_found():
         (0.125, "jacobi"),
     ]
     with pytest.raises(ModelError, match=r"annotation FixedStepMaster: stepSize = '0' is not a number greater than 0"):
-        described(oms.replace("0.25", "0")).step_size  # noqa: B018
+        described((oms[0], oms[1].replace("0.25", "0"))).step_size  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        OMS.format("http://openmodelica.org/oms"),  # as Vico writes it for OMSimulator
+        "<oms:SimulationInformation><oms:FixedStepMaster stepSize='0.25'/></oms:SimulationInformation>",  # not declared
+        "<oms:SimulationInformation><FixedStepMaster stepSize='0.25'/></oms:SimulationInformation>",  # older, in no namespace
+    ],
+)
+def test_settings_of_omsimulator_as_files_have_them(text):
+    assert [(x.tool, x.step_size) for x in described(("org.openmodelica", text)).settings] == [("OMSimulator", 0.25)]
+
+
+@pytest.mark.parametrize(
+    ("kind", "text"),
+    [
+        ("com.github.ntnu-ihb.vico", OMS.format("http://github.com/NTNU-IHB/Vico/schema/SSP1/Vico")),
+        ("com.github.ntnu-ihb.vico", OMS.format(OMS_URI)),
+        ("com.github.ntnu-ihb.vico", VARIABLE.format("http://github.com/NTNU-IHB/Vico/schema/SSP1/Vico")),
+        ("com.github.ntnu-ihb.vico", OSP),
+        ("com.github.ntnu-ihb.vico", OMS.format("m").replace("m:", "").replace(":m", "")),
+        ("org.openmodelica", OMS.format("http://github.com/NTNU-IHB/Vico/schema/SSP1/Vico")),
+        ("org.openmodelica", OSP),
+        ("com.opensimulationplatform", OMS.format(OMS_URI)),
+        ("com.opensimulationplatform", OSP.replace("opensimulationplatform", "example")),
+        ("com.opensimulationplatform", '<FixedStepAlgorithm baseStepSize="0.5"/>'),
+        ("", OMS.format(OMS_URI)),
+    ],
+)
+def test_settings_of_tools_that_are_not_known_are_nobodys(kind, text):
+    """Elements of the same names, steps that make no sense among them; they are kept."""
+    for changed in (text, text.replace("0.25", "none").replace("0.5", "none")):
+        found = described((kind, changed))
+        assert (found.settings, found.step_size, found.algorithm) == ([], None, None)
+        assert len(found.all_annotations()) == 1
 
 
 def test_prefixes_that_are_not_declared_mean_what_they_usually_do():

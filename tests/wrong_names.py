@@ -136,6 +136,26 @@ NAMES: dict[str, Wrong] = {
         ((SSD, 'startTime="0" stopTime="5"', 'startTime="6" stopTime="5"'),),
         ((SSD, 'startTime="6"', "default experiment: stopTime = 5 s is not after startTime = 6 s"),),
     ),
+    "a step longer than the run": Wrong(
+        ((SSD, 'stopTime="5"', 'stopTime="0.005"'),),
+        (
+            (
+                SSD,
+                "<ssd:DefaultExperiment",
+                "default experiment: a step of 0.01 s does not fit into a run of 0.005 s; give a step of 0.005 s at most",
+            ),
+        ),
+    ),
+    "a step too small for the run": Wrong(
+        ((SSD, 'startTime="0" stopTime="5"', 'startTime="0" stopTime="1e18"'),),
+        (
+            (
+                SSD,
+                "<ssd:DefaultExperiment",
+                "default experiment: steps of 0.01 s from 0.0 s to 1e+18 s are too small or too many (1e+08 at most)",
+            ),
+        ),
+    ),
     "a step of no size": Wrong(
         ((SSD, 'baseStepSize="0.01"', 'baseStepSize="-0.01"'),),
         ((SSD, "<ssc:Annotation", "annotation FixedStepAlgorithm: baseStepSize = '-0.01' is not a number greater than 0"),),

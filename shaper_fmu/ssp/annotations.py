@@ -1,5 +1,7 @@
 """Settings for a run in other tools' annotations: OSP (libcosim) and OMSimulator.
 
+Whose an annotation is says its type, and the namespaces of what is in it; other tools have elements of the same names.
+
 - OSP: Algorithm / FixedStepAlgorithm, baseStepSize [s]. All components step, then all values go over: our "parallel".
 - OMSimulator: SimulationInformation / FixedStepMaster "oms-ma", stepSize [s]. Values go over in the order in which they depend
   on each other: our "jacobi". Of VariableStepMaster "oms-mav" the largest step is taken.
@@ -16,9 +18,12 @@ from lxml import etree
 from shaper_fmu.errors import ModelError
 from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.ssp.document_parts import Annotation
-from shaper_fmu.ssp.names import OSP_URI, PREFIXES
+from shaper_fmu.ssp.names import OMS_URI, OSP_URI, PREFIXES
 
-OMS_URI = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd"
+OSP_TYPE = "com.opensimulationplatform"
+OMS_TYPE = "org.openmodelica"
+_OMS_NAMESPACES = (OMS_URI, "http://openmodelica.org/oms", None)
+"""OMSimulator's own; what Vico declares where it writes for OMSimulator; and none, as in OMSimulator's older files."""
 
 
 @dataclass(frozen=True)
@@ -34,11 +39,13 @@ def run_settings(annotations: Iterable[str]) -> list[RunSettings]:
     """What annotations, given as XML text, tell; OMSimulator's first, as it says more of the order. Raises ModelError."""
     found = []
     for text in annotations:
-        for node in etree.fromstring(text).iter(etree.Element):
+        annotation = etree.fromstring(text)
+        kind = annotation.get("type")
+        for node in annotation.iter(etree.Element):
             name = etree.QName(node)
-            if name.localname == "FixedStepAlgorithm" and name.namespace == OSP_URI:
+            if kind == OSP_TYPE and name.localname == "FixedStepAlgorithm" and name.namespace == OSP_URI:
                 found.append(RunSettings("OSP", _step(node, "baseStepSize"), "parallel"))
-            elif name.localname in _MASTERS:
+            elif kind == OMS_TYPE and name.localname in _MASTERS and name.namespace in _OMS_NAMESPACES:
                 found.append(RunSettings("OMSimulator", _step(node, _MASTERS[name.localname]), "jacobi"))
     return sorted(found, key=lambda settings: settings.tool)
 
@@ -63,12 +70,12 @@ def osp_and_oms(step_size: float, algorithm: Algorithm) -> tuple[list[Annotation
     OMSimulator's master is "jacobi", so for another algorithm there is OSP's alone.
     """
     inner = f'<osp:Algorithm xmlns:osp="{OSP_URI}"><osp:FixedStepAlgorithm baseStepSize="{step_size!r}"/></osp:Algorithm>'
-    osp = [_annotation("com.opensimulationplatform", inner)]
+    osp = [_annotation(OSP_TYPE, inner)]
     master = f'<oms:FixedStepMaster description="oms-ma" stepSize="{step_size!r}"/>'
     inner = (
         f'<oms:Annotations xmlns:oms="{OMS_URI}"><oms:SimulationInformation>{master}</oms:SimulationInformation></oms:Annotations>'
     )
-    return osp, [_annotation("org.openmodelica", inner)] if algorithm == "jacobi" else []
+    return osp, [_annotation(OMS_TYPE, inner)] if algorithm == "jacobi" else []
 
 
 def _annotation(kind: str, inner: str) -> Annotation:

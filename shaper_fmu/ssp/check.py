@@ -10,6 +10,8 @@ from pathlib import Path, PurePosixPath
 
 from shaper_fmu.archives import read_archive, read_file
 from shaper_fmu.errors import ArchiveError, ModelError
+from shaper_fmu.master.simulation import number_of_steps
+from shaper_fmu.master.system import System
 from shaper_fmu.ssp.annotations import run_settings
 from shaper_fmu.ssp.archive import SETS, load_ssp, variants
 from shaper_fmu.ssp.check_connections import check_connections
@@ -45,7 +47,10 @@ def check_ssp(path: Path | str) -> list[str]:
 def _load_problems(path: Path, variant: str) -> list[str]:
     """What stops a description that seems right from being run by our master."""
     try:
-        return load_ssp(path, variant).system.check()
+        loaded = load_ssp(path, variant)
+        start, stop, step = loaded.structure.start_time or 0.0, loaded.structure.stop_time, loaded.structure.step_size
+        told = loaded.system.check()
+        return told + (_time_problems(loaded.system, start, stop, step) if stop is not None and step is not None else [])
     except ModelError as error:
         return error.problems
 
@@ -101,3 +106,17 @@ def _check_experiment(scene: Scene) -> None:
         except ModelError as error:
             for problem in error.problems:
                 scene.tell(annotation.line, problem)
+            return
+    step = description.step_size
+    if experiment is not None and stop is not None and step is not None and stop > start:
+        for problem in _time_problems(System(), start, stop, step):
+            scene.tell(experiment.line, problem)
+
+
+def _time_problems(system: System, start: float, stop: float, step: float) -> list[str]:
+    """Why the system cannot be run from start to stop in these steps [s]; one without FMUs takes steps of any size."""
+    try:
+        number_of_steps(system, start, stop, step)
+    except ModelError as error:
+        return [f"default experiment: {problem}" for problem in error.problems]
+    return []

@@ -12,7 +12,7 @@ from shaper_fmu.errors import ModelError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
 from shaper_fmu.master.variables import TRANSFERABLE, kind_of, own_start
-from shaper_fmu.ssp.annotations import OMS_URI, osp_and_oms
+from shaper_fmu.ssp.annotations import osp_and_oms
 from shaper_fmu.ssp.conversion import IDENTITY, unit_conversion
 from shaper_fmu.ssp.document import (
     Component,
@@ -31,7 +31,7 @@ from shaper_fmu.ssp.document import (
     SystemElement,
     Unit,
 )
-from shaper_fmu.ssp.names import DESCRIPTION, OSP_URI
+from shaper_fmu.ssp.names import DESCRIPTION, OMS_URI, OSP_URI
 from shaper_fmu.ssp.network import fmu_unit
 from shaper_fmu.ssp.write import write_description, write_parameter_set
 

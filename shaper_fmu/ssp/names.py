@@ -18,8 +18,9 @@ SSD, SSC, SSV, SSM, SSB = (f"{{{uri}}}" for uri in PREFIXES.values())
 
 OSP_URI = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 OSP = f"{{{OSP_URI}}}"
-USUAL_PREFIXES = {**PREFIXES, "osp": OSP_URI}
-"""What prefixes mean that a file does not declare; some of OSP's do not declare theirs."""
+OMS_URI = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd"
+USUAL_PREFIXES = {**PREFIXES, "osp": OSP_URI, "oms": OMS_URI}
+"""What prefixes mean that a file does not declare; some of OSP's and OMSimulator's do not declare theirs."""
 
 FMU_TYPE = "application/x-fmu-sharedlibrary"
 SSD_TYPE = "application/x-ssp-definition"

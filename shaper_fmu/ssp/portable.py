@@ -15,6 +15,7 @@ from pathlib import Path, PurePosixPath
 from shaper_fmu.archives import read_archive, read_file
 from shaper_fmu.errors import ArchiveError, ModelError
 from shaper_fmu.master.fmu import Fmu
+from shaper_fmu.ssp.annotations import OMS_TYPE
 from shaper_fmu.ssp.check_parameters import Names, Target
 from shaper_fmu.ssp.check_scene import Scene, do_not_convert, find_variable, kind_of_type, unit_named
 from shaper_fmu.ssp.check_structure import Place, label, places
@@ -134,10 +135,9 @@ def _of_file(scene: Scene) -> Iterator[Use]:
     prefixes = {prefix: root.nsmap.get(prefix) for prefix in ("ssd", "ssc")}
     if any(uri is not None and uri != PREFIXES[prefix] for prefix, uri in prefixes.items()) or root.prefix != "ssd":
         yield Use(DESCRIPTION, description.line, "other prefixes than ssd:, ssc: and ssv:")
-    annotations = " ".join(annotation.xml for annotation in description.all_annotations())
-    if OSP_URI in annotations and OSP_URI not in root.nsmap.values():
+    if any(OSP_URI in annotation.xml for annotation in description.all_annotations()) and OSP_URI not in root.nsmap.values():
         yield Use(DESCRIPTION, description.line, "an OSP annotation without its namespace on the root element")
-    if "FixedStepMaster" not in annotations:
+    if not any(a.type == OMS_TYPE and "FixedStepMaster" in a.xml for a in description.all_annotations()):
         yield Use(DESCRIPTION, description.line, "no FixedStepMaster annotation")
     for name in sorted(scene.files):
         if "/" not in name and PurePosixPath(name).suffix == ".ssd" and name != DESCRIPTION:

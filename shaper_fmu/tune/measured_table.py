@@ -12,6 +12,7 @@ import numpy as np
 
 from shaper_fmu.analysis.identification import IdentificationError
 from shaper_fmu.errors import ShaperFmuError, nearest
+from shaper_fmu.spreadsheets import plain_text
 
 _HEADER = re.compile(r"^\s*(?P<name>.*?)\s*(?:[\[(](?P<unit>[^\])]*)[\])])?\s*$")
 
@@ -38,7 +39,8 @@ class Table:
 def read_table(path: Path | str) -> Table:
     """The table in a .parquet file, or in a CSV file of any other name: separated by commas, semicolons or tabs.
 
-    The first line is the header; a unit may follow a name in brackets. With semicolons or tabs a decimal comma is understood.
+    The first line is the header; a unit may follow a name in brackets, and an apostrophe that guards spreadsheets against a
+    formula is no part of it. With semicolons or tabs a decimal comma is understood.
     Raises IdentificationError with the line of what is no number.
     """
     path = Path(path)
@@ -54,7 +56,7 @@ def read_table(path: Path | str) -> Table:
     first = next(i for i, line in enumerate(lines) if line)
     separator = max(";\t,", key=lines[first].count)
     comma = separator != ","
-    header = next(csv.reader([lines[first]], delimiter=separator))
+    header = [plain_text(cell) for cell in next(csv.reader([lines[first]], delimiter=separator))]
     rows = []
     for number, line in enumerate(lines[first + 1 :], first + 2):
         if line:
