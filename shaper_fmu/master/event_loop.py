@@ -65,7 +65,7 @@ def handle_event(address, control, t, entering):
     A function of its own, not inlined: events are rare, and the loop's code has to fit into the processor's cache.
     """
     system = opened(address)
-    control.smooth_from = t
+    control.smooth_from, control.resuming = t, 1 if entering else 0
     if entering and not _all_in_mode(system.instances, control, True, t):
         return False
     asking, rereading = 0, control.rereading != 0

@@ -16,9 +16,9 @@ from shaper_fmu.master.transfers import (
     inlined,
     judge,
     keep_values,
+    set_again,
     set_reals,
     set_values,
-    touch_values,
 )
 
 rounding = inlined(time_rounding)
@@ -195,8 +195,8 @@ def execute(system, control, program, t, h):
             skipped = 0 if control.all_open or system.guards[number].open else system.guards[number].skip
         elif code == of.KEEP:
             keep_values(system.transfers[number])
-        elif code == of.TOUCH:
-            going = touch_values(system.transfers, control, number, t)
+        elif code == of.AGAIN:
+            going = control.resuming == 0 or set_again(system.transfers, control, number, t)
         elif code == of.CLOCKED:
             guard = system.clock_guards[number]
             skipped = 0 if _ticks(system.clocks, system.clock_numbers, guard.first, guard.count) else guard.skip

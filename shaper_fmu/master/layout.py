@@ -182,6 +182,7 @@ CONTROL = np.dtype(
         ("at_grid", "i4"),  # whether the target is a point of the grid
         ("at_event", "i4"),
         ("ends_whole", "i4"),  # whether the last step is as long as the others
+        ("resuming", "i4"),  # whether steps have been taken before the event
         ("all_open", "i4"),  # whether no guard counts
         ("ends_at_event", "i4"),  # whether an announced event is at the end of the step
         ("smooth_from", "f8"),  # time of the last event
@@ -221,8 +222,8 @@ SIZES = {F8: 8, F4: 4, I1: 1, U1: 1, I2: 2, U2: 2, I4: 4, U4: 4, I8: 8, U8: 8, B
 EXTREMES, ENVELOPE, OUTSIDE, SQUARE = range(4)
 
 # Operations of a program: pairs of a code and what it works on. 2: reals, steps of FMI 2.0; KEEP: what has been set, to the bus;
-# TOUCH: reals, a bit beside their values.
-SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, TOUCH, CLOCKED = range(14)
+# AGAIN: what has been set before the event.
+SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED = range(14)
 
 # Faults.
 NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE = range(7)

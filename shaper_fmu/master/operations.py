@@ -10,7 +10,7 @@ Discrete inputs of instances with event mode are set in it alone (FMI 3.0, Step 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 from shaper_fmu.master import layout as of
@@ -75,7 +75,7 @@ class Operations:
             "final": exchange if self._readable >= set(names) else self._exchange(self._readable, final=True),
             "event": event,
             "event_read": event_read,
-            "resume": self._resuming(in_event_mode - self._readable),
+            "resume": self._resuming(sorted(in_event_mode - self._readable), exchange if algorithm == "jacobi" else step),
             "clock": [o for name in names for o in [*self._starting(name, starts, True), *self._clocked_reads(name)]],
             "tick": self._ticking_exchange(self._readable | in_event_mode) if self._clocks.ports else [],
         }
@@ -91,18 +91,18 @@ class Operations:
         instance = self._instances[name]
         return not instance.event_mode or instance.fmu.variables[variable].variability == "continuous"
 
-    def _resuming(self, names: Collection[str]) -> list[Operation]:
-        """Set continuous inputs again between event mode and the step.
+    def _resuming(self, names: Collection[str], program: Sequence[Operation]) -> list[Operation]:
+        """Set continuous inputs again between event mode and the step, by the transfers with which `program` sets them.
 
         Dymola 2023x hands its solver what is set in Step Mode alone, and takes a value for known that was set in event mode. So it
-        is touched before: set to a value a bit beside its own.
+        gets the value from before the event, which FMUs have borne already, and then the new one.
         """
         operations: list[Operation] = []
         for name in names:
-            inputs = [v for v in self._inputs_of(name) if self._is_set_between(name, v)]
-            sets = self._setting(name, inputs) if inputs else []
-            touches = [(of.TOUCH, number) for code, number in sets if code != of.KEEP]
-            operations += self._guarded(name, [*touches, *sets]) if inputs else []
+            numbers = [n for code, n in program if code == of.SET and self._writer.labels[n][0] == name]
+            sets = [(of.SET, number) for number in dict.fromkeys(numbers)]
+            again = [(of.AGAIN, number) for _, number in sets]
+            operations += self._guarded(name, [*again, *sets]) if sets else []
         return operations
 
     def _steps(
