@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table as RichTable
 from rich.text import Text as RichText
 
 from shaper_fmu.cli_arguments import output_folder
-from shaper_fmu.console import err, out
+from shaper_fmu.console import err, out, wrapping
 from shaper_fmu.errors import ShaperFmuError, nearest
 from shaper_fmu.progress import progress
 from shaper_fmu.reproduce import NAMES
@@ -59,7 +58,7 @@ def _show(found: Reproduction) -> None:
         for claim in found.claims:
             verdict = RichText(claim.verdict, style=_STYLES[claim.verdict])
             table.add_row(claim.words, claim.number, verdict, claim.why)
-        Console(highlight=False, markup=False).print(table)  # `out` neither wraps nor colours
+        wrapping.print(table)
     else:
         for claim in found.claims:
             out.print(f"- {claim.verdict}: {claim.words}\n    found: {claim.number}\n    why: {claim.why}")

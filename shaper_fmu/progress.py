@@ -19,11 +19,16 @@ _LINE_AFTER = 5.0
 """A piped sweep says how far it is when this time has passed [s]."""
 
 
+def _text(form: str) -> TextColumn:
+    """A column of text that is shown as it is."""
+    return TextColumn(form, markup=False)
+
+
 @contextmanager
 def progress(what: str, console: Console) -> Iterator[Update]:
     """A function to call with (done, total); shows `what`."""
     if console.is_terminal:
-        columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+        columns = _text("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
         with Progress(*columns, console=console, transient=True) as bar:
             task = bar.add_task(what, total=None)
             yield lambda done, total: bar.update(task, completed=round(done, 3), total=round(total, 3))
@@ -44,7 +49,12 @@ def runs_progress(what: str, console: Console) -> Iterator[RunsUpdate]:
     """A function to call with (done, failed, total); shows `what`, the rate since its first call, and the time left."""
     pace = _Pace()
     if console.is_terminal:
-        columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[words]}")
+        columns = (
+            _text("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[words]}", markup=False),
+        )
         with Progress(*columns, console=console, transient=True) as bar:
             task = bar.add_task(what, total=None, words="")
 

@@ -52,7 +52,8 @@ def with_start_values(
     changed.check_values("parameter", "input")
     _check_left_out(component, without)
     start = ", ".join(f"{variable} = {_text(value)}" for variable, value in values.items())
-    said = "; ".join(part for part in (start and f"start values: {start}", without and f"without {', '.join(without)}") if part)
+    parts = [f"start values: {start}"] if start else []
+    said = "; ".join([*parts, f"without {', '.join(without)}"] if without else parts)
     name = name or re.sub(
         r"\W+", "_", "_".join([component.__name__, *map(_text, values.values()), *(["without", *without] if without else [])])
     ).strip("_")
