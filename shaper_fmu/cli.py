@@ -17,6 +17,8 @@ from shaper_fmu.cli_build import build
 from shaper_fmu.cli_check import check
 from shaper_fmu.cli_design import design
 from shaper_fmu.cli_new import app as new
+from shaper_fmu.cli_paths import begin as paths_begin
+from shaper_fmu.cli_paths import wrote
 from shaper_fmu.cli_reproduce import reproduce
 from shaper_fmu.cli_sweep import export_store, report_store, sweep
 from shaper_fmu.cli_tune import tune
@@ -36,6 +38,7 @@ app = typer.Typer(
 
 @app.callback(invoke_without_command=True)
 def _version(version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False) -> None:
+    paths_begin()
     if version:
         out.print(__version__)
         raise typer.Exit
@@ -162,10 +165,10 @@ def run(
     if output:
         write = results.to_parquet if output.suffix.lower() == ".parquet" else results.to_csv
         write(output)
-        out.print(f"wrote {output}")
+        wrote(output)
     if report:
         for path in write_report(report, f"Run of {loaded.system.name}", run_blocks(results)):
-            out.print(f"wrote {path}")
+            wrote(path)
 
 
 def main() -> None:

@@ -16,6 +16,7 @@ from typing import Any
 
 import typer
 
+from shaper_fmu.cli_paths import absolute
 from shaper_fmu.errors import NoSolutionError, ShaperFmuError
 
 PAGE = (".html", ".htm")
@@ -45,15 +46,15 @@ def wrong_usage(hint: str | None = None) -> Iterator[None]:
         raise typer.BadParameter(str(error), param_hint=hint) from None
 
 
-def _each(problem: Callable[[Any], str | None]) -> Callback:
-    """A callback that refuses a value, or any of several, for which `problem` has words."""
+def _each(problem: Callable[[Any], str | None], passed: Callback = lambda value: value) -> Callback:
+    """A callback that refuses a value, or any of several, for which `problem` has words; one value becomes what is `passed` on."""
 
     def callback(given: Any) -> Any:
         for value in given if isinstance(given, list | tuple) else [given]:
             words = problem(value) if value is not None else None
             if words:
                 raise typer.BadParameter(words)
-        return given
+        return passed(given) if isinstance(given, Path) else given
 
     return callback
 
@@ -64,12 +65,15 @@ def input_file(*endings: str) -> Callback:
 
 
 def output_file(*endings: str) -> Callback:
-    """Of a file to be written: it ends as what will be in it, and can be written; missing folders are made then."""
-    return _each(lambda path: _unwritable(path, folder=False) or _wrong_ending(path, endings) or _missing_package(path))
+    """Of a file to be written: it ends as what will be in it, and can be written; missing folders are made then.
+
+    Its path becomes absolute.
+    """
+    return _each(lambda path: _unwritable(path, folder=False) or _wrong_ending(path, endings) or _missing_package(path), absolute)
 
 
-output_folder = _each(lambda path: _unwritable(path, folder=True))
-"""Of a folder to be written to, which is made then if it is missing."""
+output_folder = _each(lambda path: _unwritable(path, folder=True), absolute)
+"""Of a folder to be written to, which is made then if it is missing. Its path becomes absolute."""
 
 
 def number(domain: str, holds: Callable[[float], bool], kind: type = float) -> Callback:

@@ -13,8 +13,9 @@ from typing import Annotated
 import typer
 
 from shaper_fmu.cli_arguments import input_file, output_file, output_folder, wrong_usage
+from shaper_fmu.cli_paths import absolute, wrote
 from shaper_fmu.component import Component
-from shaper_fmu.console import err, out
+from shaper_fmu.console import err
 from shaper_fmu.progress import progress
 
 Said = Callable[[str], None]
@@ -71,7 +72,8 @@ def build(
     if starts or without or name:
         components = [_changed(components, starts or [], without or [], name)]
     _check_files(components)
-    output_file()([*(output / f"{component.__name__}.fmu" for component in components), *map(archive_of, folders)])
+    archives = {absolute(Path(folder)): absolute(archive_of(folder)) for folder in folders}
+    output_file()([*(output / f"{component.__name__}.fmu" for component in components), *archives.values()])
 
     def make(component: type[Component], said: Said) -> Path:
         chosen = platforms or []
@@ -79,9 +81,9 @@ def build(
 
     parts = 1 if backend is _Backend.python else 2 + len(platforms or PLATFORMS)
     for path in _built(components, make, parts):
-        out.print(f"built {path}")
-    for folder in folders:
-        out.print(f"built {pack_ssp(folder, output, platforms=platforms or [])}")
+        wrote(path, verb="built")
+    for folder, archive in archives.items():
+        wrote(pack_ssp(folder, output, archive, platforms or []), verb="built")
 
 
 def _components(names: list[str] | None, folders: list[str]) -> list[type[Component]]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from shaper_fmu.cli_arguments import PICTURE, wrong_usage
+from shaper_fmu.cli_paths import wrote
 from shaper_fmu.console import out, show
 from shaper_fmu.report.page import Table, Text
 
@@ -50,4 +51,4 @@ def write_plot(path: Path, title: str, blocks: list[Block]) -> None:
     else:
         files = write_report(path, title, blocks)
     for written in files:
-        out.print(f"wrote {written}")
+        wrote(written)

@@ -9,6 +9,7 @@ import typer
 
 from shaper_fmu.cli_arguments import damping_ratio as damping
 from shaper_fmu.cli_arguments import input_file, output_file, positive, wrong_usage
+from shaper_fmu.cli_paths import shown, wrote
 from shaper_fmu.console import err, out
 from shaper_fmu.progress import progress
 
@@ -58,7 +59,7 @@ def new_system(
         written = write_template(
             fmu, input_, output, path, kind=shaper, natural_frequency=natural_frequency, damping_ratio=damping_ratio
         )
-    out.print(f"wrote {written.path}: profile.{written.profile_output} -> shaper -> plant.{input_}")
+    wrote(written.path, f": profile.{written.profile_output} -> shaper -> plant.{input_}")
     told = f"{shaper} for {written.natural_frequency:.6g} rad/s and the damping ratio {written.damping_ratio:.6g}"
     out.print(told if written.known else f"{told}: the plant tells no natural frequency, so give --natural-frequency")
-    out.print(f"try: shaper-fmu run {written.path}, and the same with --parameter-set unshaped; look at plant.{output}")
+    out.print(f"try: shaper-fmu run {shown(written.path)}, and the same with --parameter-set unshaped; look at plant.{output}")

@@ -10,6 +10,7 @@ from rich.table import Table as RichTable
 from rich.text import Text as RichText
 
 from shaper_fmu.cli_arguments import output_folder
+from shaper_fmu.cli_paths import wrote
 from shaper_fmu.console import err, out, wrapping
 from shaper_fmu.errors import ShaperFmuError, nearest
 from shaper_fmu.progress import progress
@@ -78,4 +79,4 @@ def _write(found: Reproduction, output: Path) -> None:
     blocks: list[Block] = [Text(found.paper), Table("Claims", list(HEAD), rows, words=True), Text(tally(found)), *found.blocks]
     output.mkdir(parents=True, exist_ok=True)
     for path in write_report(output / f"reproduce_{found.key}.html", found.title, blocks):
-        out.print(f"wrote {path}")
+        wrote(path)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shaper_fmu.cli_arguments import PAGE, STORE, index, input_file, output_file, wrong_usage
+from shaper_fmu.cli_paths import shown, wrote
 from shaper_fmu.console import err, out, show
 from shaper_fmu.progress import progress, runs_progress
 
@@ -80,7 +81,7 @@ def sweep(
     counts = _run(planned, target, engine, retry_failed)
     failed, total = counts.get("failed", 0), sum(counts.values())
     _print_results(target)
-    out.print(f"{counts.get('done', 0)} of {total} runs done, in {target}")
+    out.print(f"{counts.get('done', 0)} of {total} runs done, in {shown(target)}")
     if failed:
         raise typer.Exit(1)
 
@@ -104,7 +105,7 @@ def _run(planned: Study, target: Path, engine: Engine, retry_failed: bool) -> di
             err.print("interrupted before the first run")
         else:
             err.print(
-                f"interrupted: {done + failed} of {total} runs are finished ({failed} failed) and kept in {target}; "
+                f"interrupted: {done + failed} of {total} runs are finished ({failed} failed) and kept in {shown(target)}; "
                 "the same command goes on with the rest"
             )
         raise typer.Exit(130) from None
@@ -155,7 +156,7 @@ def report_store(
     with progress("writing the report", err) as update:
         written = write_sweep_report(store, output, update)
     for path in written:
-        out.print(f"wrote {path}")
+        wrote(path)
 
 
 def export_store(
@@ -189,7 +190,7 @@ def export_store(
         from shaper_fmu.ssp.sweep_points import write_point
 
         values = write_point(store, run, output)
-        out.print(f"wrote {output}: {', '.join(f'{name} = {value}' for name, value in values.items())}")
+        wrote(output, f": {', '.join(f'{name} = {value}' for name, value in values.items())}")
         return
     from shaper_fmu.sweep.export import WRITERS
     from shaper_fmu.sweep.store import Store
@@ -197,4 +198,4 @@ def export_store(
     write = WRITERS[output.suffix.lower()]
     with Store(store) as opened, progress(f"writing {output.name}", err) as update:
         count = write(opened, output, update)
-    out.print(f"wrote {output}: {count} runs")
+    wrote(output, f": {count} runs")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from shaper_fmu.cli_arguments import finite, input_file, number, output_folder, positive, wrong_usage
+from shaper_fmu.cli_paths import wrote
 from shaper_fmu.console import err, out, show
 
 if TYPE_CHECKING:
@@ -133,7 +134,7 @@ def tune(
     written = write_tuning(found, target, report=report, say=_say)
     for path in written:
         if path.suffix != ".png":
-            out.print(f"wrote {path}")
+            wrote(path)
     if not found.good:
         raise typer.Exit(1)
 

@@ -1,0 +1,35 @@
+"""Where commands write: paths are absolute from a command's beginning on, since FMUs may change the working directory."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+from shaper_fmu.console import out
+from shaper_fmu.errors import ShaperFmuError
+
+_start = Path()
+
+
+def begin() -> None:
+    """Paths are taken from the working directory as it is now."""
+    global _start
+    with suppress(OSError):  # it may have been deleted
+        _start = Path.cwd()
+
+
+def absolute(path: Path) -> Path:
+    """What the user means by a path."""
+    return _start / path
+
+
+def shown(path: Path) -> Path:
+    """The path as the user calls it."""
+    return path.relative_to(_start) if path.is_relative_to(_start) else path
+
+
+def wrote(path: Path, more: str = "", verb: str = "wrote") -> None:
+    """Tell that a file was written. Raises ShaperFmuError if it is not there."""
+    if not path.is_file():
+        raise ShaperFmuError(f"{path}: was written, but is not there any more: something else has moved or deleted it")
+    out.print(f"{verb} {shown(path)}{more}")
