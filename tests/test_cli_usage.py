@@ -171,7 +171,7 @@ VALUES = [  # the arguments, and words of the refusal
     (["build", "InputShaper", "--start", "damping_ratio[1]=-1"], "damping_ratio"),
     (["build", "InputShaper", "--start", "damping_ratio[1]=high"], "'high' is not of type float"),
     (["build", "InputShaper", "--start", "shaper=zv", "--name", "a b"], "'a b' is no name"),
-    (["build", "--start", "shaper=zv"], "start values are for one component"),
+    (["build", "--start", "shaper=zv"], "are for one component that is named"),
     (["check"], "Missing argument"),
     (["check", "plant.fmu", "--nosuch"], "No such option"),
     (["run"], "Missing argument"),
