@@ -33,7 +33,6 @@ def shaper_system(python_fmus, start=None, command: Any = 1.0) -> System:
         ({"damping_ratio[1]": 1.0}, r"damping_ratio\[1\] = 1 must be less than 1"),
         ({"damping_ratio[2]": -0.1}, r"damping_ratio\[2\] = -0.1 must be at least 0"),
         ({"modes": 5}, "modes = 5 must be at most 4"),
-        ({"shaper": 99}, "shaper = 99 is not one of none"),
         ({"shaper": "custom", "custom_amplitude": [0.5, 0.4]}, "must add up to 1"),
         ({"shaper": "custom", "custom_delay": [0.1, 0.3]}, "must begin with 0 s"),
         ({"natural_frequency[1]": math.nan}, r"natural_frequency\[1\] is nan"),
@@ -42,6 +41,11 @@ def shaper_system(python_fmus, start=None, command: Any = 1.0) -> System:
 def test_a_parameter_outside_its_domain_stops_the_initialization(python_fmus, start, words):
     with pytest.raises(SimulationError, match=f"^shaper at initialization: .*InputShaper: .*{words}"):
         shaper_system(python_fmus, start).simulate(1.0, 0.1)
+
+
+def test_a_number_that_is_no_item_is_refused_by_the_master(python_fmus):
+    with pytest.raises(ModelError, match=r"shaper = 99 is no item of the enumeration: none \(1\), zv \(2\)"):
+        shaper_system(python_fmus, {"shaper": 99})
 
 
 def test_an_unknown_shaper_name_suggests_the_nearest(python_fmus):
