@@ -140,6 +140,12 @@ def test_output_clock_triggers_an_input_clock(declared):
     assert results["a.v"][last].tolist() == [100.0 * n for n in range(3, 3 * len(heard) + 1, 3)]  # clocked by the output clock
 
 
+def test_connected_clocks_are_not_lost_in_an_archive(tmp_path):
+    with pytest.raises(ModelError, match="connects clocks, which SSP"):
+        pair(declared=True).to_ssp(tmp_path / "x.ssp")
+    assert not (tmp_path / "x.ssp").exists()
+
+
 def test_chain_through_clocks_of_one_time():
     """a and b tick together and b takes what a has just given: sums of sums, in whatever order they were added."""
     for order in ("ab", "ba"):

@@ -57,10 +57,14 @@ def write_system(
 
     `stop_time`, `step` [s] and `algorithm` become the default experiment, with the annotations of OSP and OMSimulator; `more` are
     further files of the archive. What SSP does not tell is not in the file: which outputs announce events, and the use of event
-    mode. Raises ModelError, with every problem, for what it cannot hold: inputs that functions or tables drive, and connections
-    of single elements of FMI 3.0 arrays.
+    mode. Raises ModelError, with every problem, for what it cannot hold: inputs that functions or tables drive, connections
+    of clocks, and those of single elements of FMI 3.0 arrays.
     """
     problems = [f"input {'.'.join(port)} is driven from outside; SSP holds start values alone" for port in system.signals]
+    problems += [
+        f"{'.'.join(source)} -> {'.'.join(target)} connects clocks, which SSP 1.0 does not know"
+        for target, source in system.clock_connections.items()
+    ]
     problems += _array_problems(system)
     if problems:
         raise ModelError(problems)
