@@ -59,7 +59,10 @@ def step_notes(system: System, treatment: Treatment, step: float, values: Mappin
 
 
 def _is_used(system: System, name: str, variable: str) -> bool:
-    """Whether an element of an array belongs to one of the `modes` that are in use, where there is such a parameter."""
+    """Whether a frequency is of this system: calculated or given, not a default; of an array, of one of the `modes` in use."""
+    declared = system.fmus[name].variables[variable]
+    if variable != "duration" and declared.causality == "parameter" and variable not in system.start_values[name]:
+        return False
     modes = system.fmus[name].variables.get("modes")
     if "[" not in variable or modes is None:
         return True
