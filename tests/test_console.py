@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import sys
 
 import pytest
 from rich.console import Console
@@ -18,7 +19,9 @@ NAMES = (":smile:", "[bold]x[/bold]", "[/]", "[red]", ":warning: [link=a]b")
 @pytest.mark.parametrize("which", ["out", "err", "wrapping"])
 def test_texts_and_tables_are_literal(which, name, monkeypatch):
     stream = io.StringIO()
-    monkeypatch.setattr(getattr(console, which), "file", stream)
+    # The standard streams are put elsewhere, not the console's own `file`: read back, that is the stream of this test, and it would stay.
+    monkeypatch.setattr(sys, "stdout", stream)
+    monkeypatch.setattr(sys, "stderr", stream)
     monkeypatch.setattr(console, "out", getattr(console, which))
     console.out.print(f"error: {name}")
     console.show(Table(name, [name, "value"], [[name, name]]))
