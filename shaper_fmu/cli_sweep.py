@@ -187,7 +187,7 @@ def export_store(
     if (run is None) != (output.suffix.lower() != ".ssv"):
         raise typer.BadParameter("a parameter set (.ssv) is of one run: give --run, too, or a table's name", param_hint="--output")
     if run is not None:
-        from shaper_fmu.ssp.sweep_points import write_point
+        from shaper_fmu.sweep.points import write_point
 
         values = write_point(store, run, output)
         wrote(output, f": {', '.join(f'{name} = {value}' for name, value in values.items())}")

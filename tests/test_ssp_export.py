@@ -22,9 +22,9 @@ from shaper_fmu.ssp.archive import load_ssp, pack_ssp
 from shaper_fmu.ssp.parameter_sets import apply_parameter_set
 from shaper_fmu.ssp.read import read_parameter_set
 from shaper_fmu.ssp.schemas import schema_problems
-from shaper_fmu.ssp.sweep_points import write_point
 from shaper_fmu.ssp.template import write_template
 from shaper_fmu.sweep.engine import run_study
+from shaper_fmu.sweep.points import write_point
 from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import read_study
 
