@@ -9,10 +9,19 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from shaper_fmu.analysis.modal_response import ModalResponse, modal_response, step_response
-    from shaper_fmu.analysis.mode_file import read_modes
     from shaper_fmu.analysis.vibration import damping_curve, insensitivity, relative_residual, sensitivity_curve, tolerated_band
     from shaper_fmu.component import Calculated, Component, Input, Local, Output, Parameter, State
+    from shaper_fmu.design.floor import distance_to_floor, shortest_duration
+    from shaper_fmu.design.impulse_sequence import ImpulseSequence
+    from shaper_fmu.design.modal_response import ModalResponse, modal_response, step_response
+    from shaper_fmu.design.mode_file import read_modes
+    from shaper_fmu.design.mode_selection import ModeSet, Selection, mode_sets, select_modes
+    from shaper_fmu.design.profiles import Profile, profile
+    from shaper_fmu.design.pulse_sequence import PulseSequence
+    from shaper_fmu.design.pulses import carrier_pulses, minimax_pulses, polished_pulses, unity_magnitude_pulses, zv_carrier_pulses
+    from shaper_fmu.design.shapers import shaper
+    from shaper_fmu.design.specified_insensitivity import Band, specified_insensitivity
+    from shaper_fmu.design.two_mode import direct_two_mode
     from shaper_fmu.errors import ShaperFmuError
     from shaper_fmu.export.build import build_fmu, fmu_path
     from shaper_fmu.master.batch import Batch, Plan
@@ -20,16 +29,7 @@ if TYPE_CHECKING:
     from shaper_fmu.master.results import Results
     from shaper_fmu.master.simulation import Simulation
     from shaper_fmu.master.system import System
-    from shaper_fmu.profiles.design import Profile, profile
-    from shaper_fmu.pulses.design import carrier_pulses, minimax_pulses, polished_pulses, unity_magnitude_pulses, zv_carrier_pulses
-    from shaper_fmu.pulses.sequence import PulseSequence
     from shaper_fmu.registry import components, find_component
-    from shaper_fmu.shapers.design import shaper
-    from shaper_fmu.shapers.floor import distance_to_floor, shortest_duration
-    from shaper_fmu.shapers.mode_selection import ModeSet, Selection, mode_sets, select_modes
-    from shaper_fmu.shapers.sequence import ImpulseSequence
-    from shaper_fmu.shapers.specified_insensitivity import Band, specified_insensitivity
-    from shaper_fmu.shapers.two_mode import direct_two_mode
     from shaper_fmu.sweep.engine import run_study
     from shaper_fmu.sweep.store import Store
     from shaper_fmu.sweep.study import Study, read_study
@@ -48,8 +48,8 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
-    "analysis.modal_response": ["ModalResponse", "modal_response", "step_response"],
-    "analysis.mode_file": ["read_modes"],
+    "design.modal_response": ["ModalResponse", "modal_response", "step_response"],
+    "design.mode_file": ["read_modes"],
     "analysis.vibration": ["damping_curve", "insensitivity", "relative_residual", "sensitivity_curve", "tolerated_band"],
     "component": ["Calculated", "Component", "Input", "Local", "Output", "Parameter", "State"],
     "errors": ["ShaperFmuError"],
@@ -59,16 +59,16 @@ _HOMES = {
     "master.results": ["Results"],
     "master.simulation": ["Simulation"],
     "master.system": ["System"],
-    "profiles.design": ["Profile", "profile"],
-    "pulses.design": ["carrier_pulses", "minimax_pulses", "polished_pulses", "unity_magnitude_pulses", "zv_carrier_pulses"],
-    "pulses.sequence": ["PulseSequence"],
+    "design.profiles": ["Profile", "profile"],
+    "design.pulses": ["carrier_pulses", "minimax_pulses", "polished_pulses", "unity_magnitude_pulses", "zv_carrier_pulses"],
+    "design.pulse_sequence": ["PulseSequence"],
     "registry": ["components", "find_component"],
-    "shapers.design": ["shaper"],
-    "shapers.floor": ["distance_to_floor", "shortest_duration"],
-    "shapers.mode_selection": ["ModeSet", "Selection", "mode_sets", "select_modes"],
-    "shapers.sequence": ["ImpulseSequence"],
-    "shapers.specified_insensitivity": ["Band", "specified_insensitivity"],
-    "shapers.two_mode": ["direct_two_mode"],
+    "design.shapers": ["shaper"],
+    "design.floor": ["distance_to_floor", "shortest_duration"],
+    "design.mode_selection": ["ModeSet", "Selection", "mode_sets", "select_modes"],
+    "design.impulse_sequence": ["ImpulseSequence"],
+    "design.specified_insensitivity": ["Band", "specified_insensitivity"],
+    "design.two_mode": ["direct_two_mode"],
     "sweep.engine": ["run_study"],
     "sweep.store": ["Store"],
     "sweep.study": ["Study", "read_study"],

@@ -11,15 +11,15 @@ import typer
 from shaper_fmu import cli_arguments as check
 from shaper_fmu.cli_modes import design_for_modes, write_plot
 from shaper_fmu.console import out, show
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError, nearest
 from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind
 from shaper_fmu.report.page import Table
-from shaper_fmu.shapers.design import shaper
 from shaper_fmu.shapers.kinds import Shaper
-from shaper_fmu.shapers.sequence import ImpulseSequence
 
 if TYPE_CHECKING:
-    from shaper_fmu.pulses.sequence import PulseSequence
+    from shaper_fmu.design.pulse_sequence import PulseSequence
     from shaper_fmu.report.page import Block
 
 SHAPERS = [item.name for item in Shaper if item != Shaper.custom]
@@ -171,7 +171,7 @@ def _blocks(wanted: _Wanted) -> list[Block]:
         raise typer.BadParameter("give at least one", param_hint="--natural-frequency")
     mode = Mode(wanted.frequencies[0], wanted.ratios[0], wanted.tolerance)
     if wanted.kind in PROFILES:
-        from shaper_fmu.profiles.design import profile
+        from shaper_fmu.design.profiles import profile
 
         limits = {"max_velocity": wanted.max_velocity, "max_acceleration": wanted.max_acceleration}
         law = profile(wanted.kind, wanted.distance, wanted.duration, mode.natural_frequency, mode.damping_ratio, **limits)
@@ -185,7 +185,7 @@ def _blocks(wanted: _Wanted) -> list[Block]:
 
 def _proven(wanted: _Wanted, command: ImpulseSequence | PulseSequence) -> list[Block]:
     """The bound of V over the wanted frequencies and damping ratios, if any are wanted."""
-    from shaper_fmu.analysis.guarantee import guarantee
+    from shaper_fmu.design.guarantee import guarantee
 
     if wanted.low is None or wanted.high is None:
         if wanted.damping is not None:
@@ -203,8 +203,8 @@ def _proven(wanted: _Wanted, command: ImpulseSequence | PulseSequence) -> list[B
 
 
 def _sequence(wanted: _Wanted) -> ImpulseSequence:
-    from shaper_fmu.shapers.specified_insensitivity import specified_insensitivity
-    from shaper_fmu.shapers.two_mode import direct_two_mode
+    from shaper_fmu.design.specified_insensitivity import specified_insensitivity
+    from shaper_fmu.design.two_mode import direct_two_mode
 
     ratios = wanted.ratios
     if wanted.low is not None and wanted.high is not None and wanted.kind == "si":
@@ -224,7 +224,7 @@ def _sequence(wanted: _Wanted) -> ImpulseSequence:
 
 
 def _pulses(wanted: _Wanted) -> PulseSequence:
-    from shaper_fmu.pulses.design import carrier_pulses, minimax_pulses, polished_pulses, zv_carrier_pulses
+    from shaper_fmu.design.pulses import carrier_pulses, minimax_pulses, polished_pulses, zv_carrier_pulses
 
     w, zeta, width = wanted.frequencies[0], wanted.ratios[0], wanted.minimum_pulse_width
     if wanted.kind == "zv_carrier":

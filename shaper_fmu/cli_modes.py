@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 def design_for_modes(path: Path, kinds: list[str], tolerance: float, settling: bool, plot: Path | None, **options: Any) -> None:
     """Read the modes, choose, print the tables and the reason; exit code 1 if no set is good enough."""
-    from shaper_fmu.analysis.mode_file import read_modes
+    from shaper_fmu.design.mode_file import read_modes
+    from shaper_fmu.design.mode_selection import distinct_kinds, select_modes
+    from shaper_fmu.design.shapers import shaper
     from shaper_fmu.report.mode_report import mode_blocks
-    from shaper_fmu.shapers.design import shaper
-    from shaper_fmu.shapers.mode_selection import distinct_kinds, select_modes
 
     with wrong_usage("KIND"):
         for kind in distinct_kinds(kinds):

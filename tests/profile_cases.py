@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 
 from shaper_fmu.commands.motion_profile import MotionProfile, ProfileKind
 from shaper_fmu.component import NO_EVENT
+from shaper_fmu.design.profiles import profile
 from shaper_fmu.export.compile import record_of
-from shaper_fmu.profiles.design import profile
 
 FREQUENCY = 22.048710
 """First mode of the beam of Ozokutan, Karadag, Kapucu and Kutuk 2025 [rad/s]."""

@@ -9,9 +9,9 @@ import pytest
 from scipy.optimize import brentq
 
 from shaper_fmu import System
+from shaper_fmu.design.pulses import carrier_pulses
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.export.build import fmu_path
-from shaper_fmu.pulses.design import carrier_pulses
-from shaper_fmu.shapers.design import shaper
 
 W, ZETA = 22.0, 0.02  # what the commands are designed for; no edge falls on a grid of 1, 7 or 50 ms
 BEGIN = 0.0137

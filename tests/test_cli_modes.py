@@ -10,10 +10,10 @@ import pytest
 from three_mass_loop import response
 from typer.testing import CliRunner
 
-from shaper_fmu.analysis.mode_file import read_modes
 from shaper_fmu.cli import app
+from shaper_fmu.design.mode_file import read_modes
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.shapers.design import shaper
 
 
 def mode_texts() -> list[str]:

@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from shaper_fmu.analysis.guarantee import guarantee
 from shaper_fmu.analysis.vibration import tolerated_band
+from shaper_fmu.design.guarantee import guarantee
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.profiles import profile
+from shaper_fmu.design.pulse_sequence import PulseSequence
+from shaper_fmu.design.pulses import carrier_pulses, minimax_pulses, unity_magnitude_pulses
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.profiles.design import profile
-from shaper_fmu.pulses.design import carrier_pulses, minimax_pulses, unity_magnitude_pulses
-from shaper_fmu.pulses.sequence import PulseSequence
-from shaper_fmu.shapers.design import shaper
-from shaper_fmu.shapers.sequence import ImpulseSequence
 
 W = 5.0
 amplitudes = st.lists(st.floats(-2.0, 2.0), min_size=1, max_size=6)

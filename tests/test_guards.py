@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from shaper_fmu import System
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.master.algorithms import ALGORITHMS
-from shaper_fmu.shapers.design import shaper
 
 W, ZETA = 9.7, 0.01  # no impulse falls on a grid of 5 ms
 MOVE, STEP = 0.8, 0.005

@@ -12,11 +12,11 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from three_mass_loop import closed_loop, response
 
-from shaper_fmu.analysis.modal_response import ModalResponse, modal_response, step_response
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.modal_response import ModalResponse, modal_response, step_response
+from shaper_fmu.design.mode_selection import mode_sets, select_modes
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.shapers.design import shaper
-from shaper_fmu.shapers.mode_selection import mode_sets, select_modes
-from shaper_fmu.shapers.sequence import ImpulseSequence
 
 UNIT = ImpulseSequence((1.0,), (0.0,))
 OPEN_LOOP = [3.8554510, 9.4234900], [0.0963863, 0.2355873]

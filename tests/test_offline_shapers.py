@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
+from shaper_fmu.design.floor import distance_to_floor, shortest_duration
+from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
+from shaper_fmu.design.lp.exchange import shortest_on_grid
+from shaper_fmu.design.lp.layout import Band, GeneralLayout, SymmetricLayout
+from shaper_fmu.design.specified_insensitivity import specified_insensitivity
+from shaper_fmu.design.two_mode import direct_two_mode
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.shapers.floor import distance_to_floor, shortest_duration
-from shaper_fmu.shapers.lp_exchange import shortest_on_grid
-from shaper_fmu.shapers.lp_layout import Band, GeneralLayout, SymmetricLayout
-from shaper_fmu.shapers.sequence import ImpulseSequence, convolve_all
-from shaper_fmu.shapers.specified_insensitivity import specified_insensitivity
-from shaper_fmu.shapers.two_mode import direct_two_mode
 from shaper_fmu.shapers.zero_derivative import zero_derivative
 
 TURN = 2.0 * math.pi

@@ -17,8 +17,8 @@ from profile_cases import (
 )
 
 from shaper_fmu.commands.motion_profile import MotionProfile, ProfileKind
+from shaper_fmu.design.profiles import Profile, profile
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.profiles.design import Profile, profile
 from shaper_fmu.profiles.s_curve import s_curve, s_curve_segment_time
 from shaper_fmu.profiles.s_curve_limits import s_curve_peaks
 

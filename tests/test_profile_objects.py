@@ -20,7 +20,7 @@ from profile_cases import (
 )
 
 from shaper_fmu.commands.motion_profile import ProfileKind
-from shaper_fmu.profiles.design import profile
+from shaper_fmu.design.profiles import profile
 
 
 def integral(values, begin, end, panels=6):

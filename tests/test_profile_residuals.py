@@ -20,7 +20,7 @@ from profile_cases import (
 )
 from scipy.integrate import solve_ivp
 
-from shaper_fmu.profiles.design import profile
+from shaper_fmu.design.profiles import profile
 
 
 def residual_by_integration(law, w, zeta=0.0):

@@ -19,8 +19,8 @@ from profile_cases import (
 )
 
 from shaper_fmu.commands.motion_profile import MotionProfile, ProfileKind
+from shaper_fmu.design.profiles import profile
 from shaper_fmu.export.compile import jit, record_of
-from shaper_fmu.profiles.design import profile
 
 
 def test_cycloid_versine_ramp_is_the_papers_formula():

@@ -15,15 +15,15 @@ from plants.mass_spring_damper import MassSpringDamper
 from shaper_fmu.commands.pulse_train import SWITCHES, Design, PulseTrain
 from shaper_fmu.commands.pulse_width_modulator import PulseWidthModulator
 from shaper_fmu.component import NO_EVENT
-from shaper_fmu.errors import ComponentError
-from shaper_fmu.export.compile import jit, record_of
-from shaper_fmu.pulses.design import (
+from shaper_fmu.design.pulses import (
     carrier_pulses,
     minimax_pulses,
     polished_pulses,
     unity_magnitude_pulses,
     zv_carrier_pulses,
 )
+from shaper_fmu.errors import ComponentError
+from shaper_fmu.export.compile import jit, record_of
 
 # the plant of Taskin, Kilic and Kapucu 2019
 W, ZETA, RATIO, START = 22.9476, 0.0891, 12.0, 0.05

@@ -12,16 +12,16 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import linprog
 
-from shaper_fmu.errors import ComponentError
-from shaper_fmu.pulses.design import (
+from shaper_fmu.design.pulse_sequence import PulseSequence
+from shaper_fmu.design.pulses import (
     carrier_pulses,
     minimax_pulses,
     polished_pulses,
     unity_magnitude_pulses,
     zv_carrier_pulses,
 )
+from shaper_fmu.errors import ComponentError
 from shaper_fmu.pulses.minimum_width import enforce_minimum_width
-from shaper_fmu.pulses.sequence import PulseSequence
 
 # the plant of Taskin, Kilic and Kapucu 2019
 W, ZETA = 22.9476, 0.0891

@@ -18,13 +18,13 @@ from three_mass_loop import closed_loop, response
 from typer.testing import CliRunner
 
 from shaper_fmu.cli import app
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.reproduce import partial_modes, partial_modes_study
 from shaper_fmu.reproduce.partial_modes_blocks import blocks, left_after
 from shaper_fmu.reproduce.partial_modes_claims import claims
 from shaper_fmu.reproduce.partial_modes_runs import MASSES, PRINTED, Case, loop, shaping
-from shaper_fmu.shapers.design import shaper
-from shaper_fmu.shapers.sequence import ImpulseSequence
 from shaper_fmu.ssp.archive import load_ssp, pack_ssp
 from shaper_fmu.ssp.parameter_sets import apply_parameter_set
 from shaper_fmu.sweep.engine import run_study

@@ -9,11 +9,11 @@ import random
 import pytest
 
 from shaper_fmu.commands.input_shaper import NO_SOLUTION, InputShaper
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.export.compile import jit, record_of
-from shaper_fmu.shapers.design import shaper
 from shaper_fmu.shapers.kinds import Shaper
-from shaper_fmu.shapers.sequence import ImpulseSequence
 
 T = 2.0 * math.pi  # period of 1 rad/s
 

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from shaper_fmu.component import NO_EVENT
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import SimulationError
 from shaper_fmu.master.fmu import load_fmu
 from shaper_fmu.master.instance import Instance
-from shaper_fmu.shapers.design import shaper
 from shaper_fmu.shapers.kinds import Shaper
 
 SIZE = 3.0  # of the step

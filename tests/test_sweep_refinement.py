@@ -12,10 +12,10 @@ from sweep_cases import runs_of
 
 from shaper_fmu.analysis.vibration import Command
 from shaper_fmu.analysis.vibration import tolerated_band as formula_band
+from shaper_fmu.design.profiles import profile
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import StudyError
 from shaper_fmu.export.build import fmu_path
-from shaper_fmu.profiles.design import profile
-from shaper_fmu.shapers.design import shaper
 from shaper_fmu.ssp.archive import pack_ssp
 from shaper_fmu.sweep.engine import engine_for, run_study
 from shaper_fmu.sweep.plan import Points, Sampling

@@ -13,6 +13,7 @@ from sweep_stores import DAMPED, DAMPING, HEAD, HOSTILE, LENGTH, RANDOM, REFINED
 
 from shaper_fmu.analysis import vibration
 from shaper_fmu.analysis.response import command_end, residual_amplitude
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.report.figures import Figure, Map
 from shaper_fmu.report.page import Heading, Table
 from shaper_fmu.report.sweep_curves import insensitivity, insensitivity_table, robustness_figures, robustness_table
@@ -23,7 +24,6 @@ from shaper_fmu.report.sweep_pareto import candidates, durations
 from shaper_fmu.report.sweep_report import read_store, summary_tables, sweep_blocks
 from shaper_fmu.report.sweep_responses import Reruns, worst_index
 from shaper_fmu.report.sweep_yield import distribution_figures, ranking_table, yield_of, yield_table
-from shaper_fmu.shapers.design import shaper
 from shaper_fmu.ssp.archive import load_ssp
 
 W = math.sqrt(9.81 / 8.0)

@@ -11,8 +11,8 @@ import pytest
 from tuned_plants import dense_maxima, random_plant, together
 
 from shaper_fmu import System, fmu_path
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.shapers.design import shaper
 from shaper_fmu.tune.boxes import ModeBox
 from shaper_fmu.tune.candidates import Design
 from shaper_fmu.tune.choice import Candidate, Choice, choose

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from shaper_fmu.profiles.design import profile
+from shaper_fmu.design.profiles import profile
 from shaper_fmu.tune.boxes import ModeBox
 from shaper_fmu.tune.choice import choose
 from shaper_fmu.tune.experiment_range import Range

@@ -9,9 +9,9 @@ import pytest
 from three_mass_loop import DAMPING, KD, KP, MASS, STIFFNESS, response
 
 from shaper_fmu import System, fmu_path
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError, ModelError
-from shaper_fmu.shapers.design import shaper
-from shaper_fmu.shapers.sequence import ImpulseSequence
 from shaper_fmu.tune.boxes import ModeBox, mode_boxes
 from shaper_fmu.tune.choice import Candidate, choose
 from shaper_fmu.tune.experiment_range import identify_plant

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from shaper_fmu.analysis.vibration import damping_curve, insensitivity, relative_residual, sensitivity_curve, tolerated_band
-from shaper_fmu.shapers.design import shaper
+from shaper_fmu.design.shapers import shaper
 
 W, ZETA = 22.9476, 0.0891
 

@@ -16,6 +16,9 @@ _POINTS = 257
 _PARTS = 8
 _LEVELS = 40
 
+SHAPEABLE = 0.95
+"""Pole pairs with a damping ratio below this can be shaped; others decay without swinging."""
+
 
 class DecayingSum:
     """e(tau): coefficients c_k and poles p_k [1/s], complex arrays of shape (n,), all Re p_k < 0."""

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from shaper_fmu.analysis.vibration import Command, damping_curve, relative_residual, sensitivity_curve, tolerated_band
+from shaper_fmu.design.floor import distance_to_floor
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.profiles import Profile
+from shaper_fmu.design.pulse_sequence import PulseSequence
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.profiles.design import Profile
-from shaper_fmu.pulses.sequence import PulseSequence
 from shaper_fmu.report.figures import Figure, Line
 from shaper_fmu.report.page import Block, Table
-from shaper_fmu.shapers.floor import distance_to_floor
-from shaper_fmu.shapers.sequence import ImpulseSequence
 
 
 @dataclass(frozen=True)

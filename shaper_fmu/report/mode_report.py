@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from shaper_fmu.analysis.modal_response import ModalResponse
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.modal_response import ModalResponse
+from shaper_fmu.design.mode_selection import ModeSet, Selection, mode_sets
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.report.figures import Figure, Line
 from shaper_fmu.report.page import Block, Table, Text
-from shaper_fmu.shapers.mode_selection import ModeSet, Selection, mode_sets
-from shaper_fmu.shapers.sequence import ImpulseSequence
 
 BANDS = (0.05, 0.02)
 _SHOWN_SETS = 64

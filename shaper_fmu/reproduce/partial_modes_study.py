@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shaper_fmu.analysis.modal_response import ModalResponse, step_response
+from shaper_fmu.design.modal_response import ModalResponse, step_response
+from shaper_fmu.design.mode_selection import ModeSet, Selection, mode_sets, select_modes
 from shaper_fmu.progress import Update
 from shaper_fmu.reproduce.partial_modes_runs import (
     GAINS,
@@ -18,7 +19,6 @@ from shaper_fmu.reproduce.partial_modes_runs import (
     chain_modes,
     left_by_printed_formula,
 )
-from shaper_fmu.shapers.mode_selection import ModeSet, Selection, mode_sets, select_modes
 
 MASS, STIFFNESS, DAMPING = (15.0, 8.0, 10.0), (400.0, 120.0), (20.0, 6.0)
 """The chain FMU's defaults [kg, N/m, N s/m]."""

@@ -6,9 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from shaper_fmu.analysis.guarantee import Guarantee, guarantee
+from shaper_fmu.design.guarantee import Guarantee, guarantee
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.shapers.sequence import ImpulseSequence
 from shaper_fmu.tune.boxes import ModeBox
 
 _PROOF_TOLERANCES = (1e-7, 1e-6, 1e-5, 1e-4)

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.lp.layout import Band
+from shaper_fmu.design.specified_insensitivity import MOST_DAMPED, TOLERANCES, check_bands, design
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.shapers.lp_layout import Band
-from shaper_fmu.shapers.sequence import ImpulseSequence
-from shaper_fmu.shapers.specified_insensitivity import MOST_DAMPED, TOLERANCES, check_bands, design
 from shaper_fmu.tune.bounds import proven
 from shaper_fmu.tune.boxes import UNDAMPED, ModeBox, shares
 from shaper_fmu.tune.wish import Wish

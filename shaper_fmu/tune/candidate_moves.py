@@ -9,10 +9,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.profiles import Profile, profile
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.profiles.design import Profile, profile
 from shaper_fmu.profiles.kinds import NO_LIMIT
-from shaper_fmu.shapers.sequence import ImpulseSequence
 from shaper_fmu.tune.bounds import remaining
 from shaper_fmu.tune.boxes import ModeBox, shares
 from shaper_fmu.tune.candidates import LeftOut

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any
 
+from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
+from shaper_fmu.design.shapers import shaper
+from shaper_fmu.design.two_mode import direct_two_mode
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.shapers.design import shaper
-from shaper_fmu.shapers.sequence import ImpulseSequence, convolve_all
-from shaper_fmu.shapers.two_mode import direct_two_mode
 from shaper_fmu.tune.bounds import proven
 from shaper_fmu.tune.boxes import ModeBox, shares
 from shaper_fmu.tune.candidate_bands import ROOM, specified

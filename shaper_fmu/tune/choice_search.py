@@ -1,7 +1,7 @@
 """Bounds of candidates over the modes' boxes, and which combinations need none.
 
 For each candidate and each mode a bound of V over the mode's box of frequencies and damping ratios is proven
-(shaper_fmu/analysis/guarantee.py). What an output swings after the command is at most the sum of what its modes swing, so
+(shaper_fmu/design/guarantee.py). What an output swings after the command is at most the sum of what its modes swing, so
 
     worst case = max over outputs of sum_k share_k bound_k,     share_k = amplitude_k / sum of all amplitudes
 
@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from shaper_fmu.profiles.design import Profile
-from shaper_fmu.shapers.sequence import ImpulseSequence
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.profiles import Profile
 from shaper_fmu.tune.bounds import proven, remaining
 from shaper_fmu.tune.boxes import ModeBox, shares
 from shaper_fmu.tune.candidate_moves import as_impulses, fastest_move

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig, matrix_balance
 
-from shaper_fmu.analysis.modal_response import SHAPEABLE, ModalResponse, step_response
+from shaper_fmu.analysis.decaying_sum import SHAPEABLE
+from shaper_fmu.design.modal_response import ModalResponse, step_response
 from shaper_fmu.tune.linear_interface import LinearizationError
 
 Origin = Literal["directional derivatives", "differences"]

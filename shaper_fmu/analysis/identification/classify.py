@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from shaper_fmu.analysis.decaying_sum import SHAPEABLE
 from shaper_fmu.analysis.identification.basis import growth
 from shaper_fmu.analysis.identification.projection import Fit, covariance
 from shaper_fmu.analysis.identification.record import Data
 from shaper_fmu.analysis.identification.result import Kind, Mode, OtherPole
-from shaper_fmu.analysis.modal_response import SHAPEABLE
 
 FEWEST_PERIODS = 1.5
 FEWEST_SAMPLES_PER_PERIOD = 4.0

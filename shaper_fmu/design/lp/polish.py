@@ -13,8 +13,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import linprog
 
-from shaper_fmu.shapers.lp_exchange import peaks
-from shaper_fmu.shapers.lp_layout import Band, GeneralLayout, Layout
+from shaper_fmu.design.lp.exchange import peaks
+from shaper_fmu.design.lp.layout import Band, GeneralLayout, Layout
 
 Constraints = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shaper_fmu.shapers.sequence import ImpulseSequence
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
 
 _COINCIDENT = 1e-8
 _NO_AMPLITUDE = 1e-15

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
 from shaper_fmu.errors import ComponentError, NoSolutionError, nearest
 from shaper_fmu.shapers.kinds import Shaper, design_mode
-from shaper_fmu.shapers.sequence import ImpulseSequence, convolve_all
 from shaper_fmu.shapers.workspace import DesignWorkspace
 
 

@@ -27,9 +27,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.pulse_sequence import PulseSequence
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.pulses.sequence import PulseSequence
-from shaper_fmu.shapers.sequence import ImpulseSequence
 
 _ULPS = 16.0 * 2.0**-53
 """Relative error of a term, in which exp, cos and sin may be wrong by 4 units of the last place, and of each addition."""

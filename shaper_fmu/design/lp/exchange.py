@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
+from shaper_fmu.design.lp.layout import Along, Band, Layout
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.shapers.lp_layout import Along, Band, Layout
 
 _GRID_PER_PERIOD = 48
 _SAMPLES_PER_HUMP = 12

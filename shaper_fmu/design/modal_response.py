@@ -10,13 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shaper_fmu.analysis.decaying_sum import DecayingSum
+from shaper_fmu.analysis.decaying_sum import SHAPEABLE, DecayingSum
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.shapers.sequence import ImpulseSequence
-
-SHAPEABLE = 0.95
-"""Pole pairs with a damping ratio below this can be shaped; others decay without swinging."""
-
 
 ComplexArray = NDArray[np.complex128]
 Piece = tuple[float, float, float, ComplexArray]

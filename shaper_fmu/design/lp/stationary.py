@@ -1,6 +1,6 @@
 """The exact optimum near a sequence of impulses: Newton's method on the conditions of optimality.
 
-Successive linear programmes (lp_polish) crawl where an optimum is no vertex, with fewer local maxima of V at the tolerance than
+Successive linear programmes (polish) crawl where an optimum is no vertex, with fewer local maxima of V at the tolerance than
 unknowns, and curvature decides. Here the conditions themselves are solved (Karush, Kuhn and Tucker): with g_i = V / tolerance - 1
 at the i-th local maximum that matters, for the unknowns x of a layout that are not at a limit,
 
@@ -18,8 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import nnls
 
-from shaper_fmu.shapers.lp_exchange import Active, climb, peaks
-from shaper_fmu.shapers.lp_layout import Band, GeneralLayout, Layout
+from shaper_fmu.design.lp.exchange import Active, climb, peaks
+from shaper_fmu.design.lp.layout import Band, GeneralLayout, Layout
 
 _CLOSE = 2e-2
 """How much of its tolerance a local maximum may leave unused to come into question."""

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+from shaper_fmu.design.pulse_sequence import PulseSequence
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.pulses.carrier import carrier_frequency, carrier_switches
 from shaper_fmu.pulses.carrier_polished import polish_until_wide
 from shaper_fmu.pulses.minimax import BAND, NONE, minimax_switches
 from shaper_fmu.pulses.minimum_width import enforce_minimum_width
 from shaper_fmu.pulses.residual import switch_residual
-from shaper_fmu.pulses.sequence import PulseSequence
 from shaper_fmu.pulses.zv_carrier import half_damped_period, zv_carrier_switches
-from shaper_fmu.shapers.design import shaper
 
 MOST_SWITCHES = 100_000
 

@@ -4,9 +4,9 @@ Singhose, Seering and Singer 1996, "Input shaping for vibration reduction with s
 minimise t_n subject to V(w) <= tolerance for w_low <= w <= w_high, A_i >= 0, sum A_i = 1, with V of Singer and Seering 1990
 as in ImpulseSequence.residual_vibration. They enforce V at some frequencies; here it is enforced at every local maximum.
 
-1. On a grid of impulse times the problem is a linear programme for each duration (lp_exchange): this gives the structure.
+1. On a grid of impulse times the problem is a linear programme for each duration (lp.exchange): this gives the structure.
 2. Neighbouring impulses are joined and their times are set free: Newton's method on the conditions of optimality finds the
-   shortest duration (lp_stationary). Where it does not get there, successive linear programmes do (lp_polish).
+   shortest duration (lp.stationary). Where it does not get there, successive linear programmes do (lp.polish).
 3. All local maxima of V of the finished sequence are found once more; the largest excess over the tolerance is the
    certificate.
 """
@@ -19,12 +19,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.lp.exchange import grid_solution, peaks, shortest_on_grid
+from shaper_fmu.design.lp.layout import Band, GeneralLayout, Layout, layout_for, to_sequence
+from shaper_fmu.design.lp.polish import band_constraints, polished, starting_point
+from shaper_fmu.design.lp.stationary import stationary
 from shaper_fmu.errors import ComponentError, NoSolutionError
-from shaper_fmu.shapers.lp_exchange import grid_solution, peaks, shortest_on_grid
-from shaper_fmu.shapers.lp_layout import Band, GeneralLayout, Layout, layout_for, to_sequence
-from shaper_fmu.shapers.lp_polish import band_constraints, polished, starting_point
-from shaper_fmu.shapers.lp_stationary import stationary
-from shaper_fmu.shapers.sequence import ImpulseSequence
 
 WIDEST = 1.5
 """Largest width of a band, relative to its mean frequency."""

@@ -18,11 +18,11 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import linprog
 
+from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
+from shaper_fmu.design.lp.layout import GeneralLayout, Layout, layout_for, to_sequence
+from shaper_fmu.design.lp.polish import Constraints, polished
+from shaper_fmu.design.specified_insensitivity import FARTHEST, MOST_DAMPED
 from shaper_fmu.errors import ComponentError, NoSolutionError
-from shaper_fmu.shapers.lp_layout import GeneralLayout, Layout, layout_for, to_sequence
-from shaper_fmu.shapers.lp_polish import Constraints, polished
-from shaper_fmu.shapers.sequence import ImpulseSequence, convolve_all
-from shaper_fmu.shapers.specified_insensitivity import FARTHEST, MOST_DAMPED
 from shaper_fmu.shapers.zero_derivative import zero_derivative
 
 _ORDERS = {"zv": 0, "zvd": 1}

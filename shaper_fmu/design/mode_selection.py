@@ -17,10 +17,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from shaper_fmu.analysis.modal_response import ModalResponse
+from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
+from shaper_fmu.design.modal_response import ModalResponse
+from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.shapers.design import shaper
-from shaper_fmu.shapers.sequence import ImpulseSequence, convolve_all
 
 Objective = Literal["duration", "settling"]
 MOST_EXAMINED = 2000

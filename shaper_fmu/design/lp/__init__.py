@@ -1,0 +1,1 @@
+"""Linear programmes for impulse sequences, and what makes their solutions exact."""
