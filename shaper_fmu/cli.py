@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
 from shaper_fmu import __version__
 from shaper_fmu.cli_arguments import PAGE, finite, input_file, output_file, positive, wrong_usage
@@ -22,10 +21,11 @@ from shaper_fmu.cli_paths import wrote
 from shaper_fmu.cli_reproduce import reproduce
 from shaper_fmu.cli_sweep import export_store, report_store, sweep
 from shaper_fmu.cli_tune import tune
-from shaper_fmu.console import err, out
+from shaper_fmu.console import err, out, show
 from shaper_fmu.errors import ModelError, ShaperFmuError, UsageError
 from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.progress import progress
+from shaper_fmu.report.page import Table
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -54,20 +54,17 @@ def list_components(
     from shaper_fmu.registry import components, find_component
 
     if not names:
-        table = Table("component", "what it is")
-        for name, component in components().items():
-            table.add_row(name, summary(component))
-        out.print(table)
+        rows = [[name, summary(component)] for name, component in components().items()]
+        show(Table("", ["component", "what it is"], rows, words=True))
     with wrong_usage("NAMES"):
         found = {name: find_component(name) for name in names or []}
     for name, component in found.items():
-        table = Table(
-            "variable", "causality", "type", "unit", "start", "domain", "description", title=f"{name}: {summary(component)}"
-        )
+        rows = []
         for v in visible_variables(component):
             start = start_text(v) if v.causality in ("input", "parameter") else ""
-            table.add_row(v.name, v.causality, type_text(v), v.unit, start, domain_text(v), v.description)
-        out.print(table)
+            rows.append([v.name, v.causality, type_text(v), v.unit, start, domain_text(v), v.description])
+        head = ["variable", "causality", "type", "unit", "start", "domain", "description"]
+        show(Table(f"{name}: {summary(component)}", head, rows, words=True))
 
 
 app.command("build")(build)
@@ -120,7 +117,7 @@ def run(
 
     loaded = load_ssp(system, variant)
     for note in loaded.notes:
-        err.print(f"note: {note}", markup=False)
+        err.print(f"note: {note}")
     for which in parameter_sets or []:
         apply_parameter_set(loaded, which)
     for setting in settings or []:
@@ -133,7 +130,7 @@ def run(
         told = loaded.structure.settings[0]
         algorithm = told.algorithm
         if algorithm != "jacobi":
-            err.print(f"note: algorithm {algorithm}, as the annotation of {told.tool} says", markup=False)
+            err.print(f"note: algorithm {algorithm}, as the annotation of {told.tool} says")
     given = stop_time is not None or step is not None
     stop_time = stop_time if stop_time is not None else loaded.structure.stop_time
     step = step if step is not None else loaded.structure.step_size
@@ -155,13 +152,11 @@ def run(
         )
     taken = time.perf_counter() - begin
     for note in results.notes:
-        err.print(f"note: {note}", markup=False)
+        err.print(f"note: {note}")
     err.print(f"{stop_time - start_time:g} s simulated in {taken:.3g} s, {(stop_time - start_time) / taken:.3g} times real time")
-    table = Table("variable", "at the end", "unit")
-    for name in results.values:
-        column, unit = results.display(name)
-        table.add_row(name, f"{column[-1]:.6g}", unit)
-    out.print(table)
+    last = [(name, *results.display(name)) for name in results.values]
+    rows = [[name, f"{column[-1]:.6g}", unit] for name, column, unit in last]
+    show(Table("", ["variable", "at the end", "unit"], rows, words=True))
     if output:
         write = results.to_parquet if output.suffix.lower() == ".parquet" else results.to_csv
         write(output)
@@ -177,7 +172,7 @@ def main() -> None:
         app()
     except ShaperFmuError as error:
         for problem in error.problems if isinstance(error, ModelError) else [error]:
-            err.print(f"error: {problem}", markup=False)
+            err.print(f"error: {problem}")
         sys.exit(2 if isinstance(error, UsageError) else 1)
     except OSError as error:
         err.print(f"error: {error.filename or 'output'}: {error.strerror or error}")

@@ -25,7 +25,7 @@ def check(
     for file in files:
         for problem in _problems(file, portable):
             found = True
-            out.print(f"{file}: {problem}", markup=False, highlight=False, soft_wrap=True)
+            out.print(f"{file}: {problem}")
     if found:
         raise typer.Exit(1)
 

@@ -6,14 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.table import Table as RichTable
-from rich.text import Text as RichText
 
 from shaper_fmu.cli_arguments import output_folder
 from shaper_fmu.cli_paths import wrote
-from shaper_fmu.console import err, out, wrapping
+from shaper_fmu.console import err, out, show
 from shaper_fmu.errors import ShaperFmuError, nearest
 from shaper_fmu.progress import progress
+from shaper_fmu.report.page import Table
 from shaper_fmu.reproduce import NAMES
 from shaper_fmu.reproduce import reproduce as run_again
 
@@ -44,7 +43,7 @@ def reproduce(
             _write(found, output)
         except ShaperFmuError as error:
             failed = True
-            err.print(f"error: {key}: {error}", markup=False)
+            err.print(f"error: {key}: {error}")
     if failed:
         raise typer.Exit(1)
 
@@ -52,18 +51,16 @@ def reproduce(
 def _show(found: Reproduction) -> None:
     """The claims as a table that wraps, or piped as plain lines."""
     out.print(f"{found.title}\n{found.paper}")
-    if out.is_terminal:
-        table = RichTable(show_lines=True)
-        for head, share in zip(HEAD, (4, 3, 1, 4), strict=True):
-            table.add_column(head, ratio=share, overflow="fold")
-        for claim in found.claims:
-            verdict = RichText(claim.verdict, style=_STYLES[claim.verdict])
-            table.add_row(claim.words, claim.number, verdict, claim.why)
-        wrapping.print(table)
+    if out.breaks_lines:
+        show(_claims(found), lines=True, styles=_STYLES)
     else:
         for claim in found.claims:
             out.print(f"- {claim.verdict}: {claim.words}\n    found: {claim.number}\n    why: {claim.why}")
     out.print(tally(found))
+
+
+def _claims(found: Reproduction, title: str = "") -> Table:
+    return Table(title, list(HEAD), [[one.words, one.number, one.verdict, one.why] for one in found.claims], words=True)
 
 
 def tally(found: Reproduction) -> str:
@@ -73,10 +70,9 @@ def tally(found: Reproduction) -> str:
 
 
 def _write(found: Reproduction, output: Path) -> None:
-    from shaper_fmu.report.page import Table, Text, write_report
+    from shaper_fmu.report.page import Text, write_report
 
-    rows = [[claim.words, claim.number, claim.verdict, claim.why] for claim in found.claims]
-    blocks: list[Block] = [Text(found.paper), Table("Claims", list(HEAD), rows, words=True), Text(tally(found)), *found.blocks]
+    blocks: list[Block] = [Text(found.paper), _claims(found, "Claims"), Text(tally(found)), *found.blocks]
     output.mkdir(parents=True, exist_ok=True)
     for path in write_report(output / f"reproduce_{found.key}.html", found.title, blocks):
         wrote(path)
