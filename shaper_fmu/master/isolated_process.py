@@ -21,6 +21,7 @@ import numpy as np
 
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.simulation import Progress
+from shaper_fmu.search_path import with_search_path
 
 BEGUN, CLOSED = b"begun", b"closed"  # what the child sends beside its answer
 _POLL_SECONDS = 0.1
@@ -61,12 +62,10 @@ class Child:
                 file.truncate(size)
                 self._memory, window = mmap.mmap(file.fileno(), size), str(file.fileno())
                 options["pass_fds"] = (file.fileno(),)
+            command, environment = with_search_path(code.format(window=window))
             self.process = subprocess.Popen(
-                [sys.executable, "-P", "-c", code.format(window=window)],
-                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                env={**os.environ, "PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path)},
-                **options,
-            )  # fmt: skip
+                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment, **options
+            )
         self._threads = [threading.Thread(target=work, daemon=True) for work in (self._listen, self._relay)]
         self._plan = plan
 

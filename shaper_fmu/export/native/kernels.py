@@ -10,7 +10,6 @@ import json
 import os
 import subprocess
 import sys
-import sysconfig
 from importlib.metadata import version
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from shaper_fmu.errors import BuildError, ShaperFmuError
 from shaper_fmu.export.cache import cached, digest
 from shaper_fmu.export.closure import packed_sources, source_file
 from shaper_fmu.registry import load_components
+from shaper_fmu.search_path import with_search_path
 
 _PLAIN_PROCESSOR = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "NUMBA_DISABLE_JIT": "0", "PYTHONHASHSEED": "0"}
 
@@ -54,12 +54,9 @@ def _with_own_kernels(component: type[Component]) -> type[Component]:
 
 
 def _compiled_elsewhere(component: type[Component]) -> dict[str, str]:
-    start = f"import sys; sys.path[:] = {_search_path()!r}; from {__name__} import answer; answer()"
     arguments = [str(source_file(component)), component.__module__, component.__name__]
-    command = [sys.executable, "-P", "-c", start, *arguments]
-    environment = {**os.environ, **_PLAIN_PROCESSOR}
-    environment.pop("PYTHONPATH", None)
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    command, environment = with_search_path(f"from {__name__} import answer; answer()")
+    done = subprocess.run([*command, *arguments], capture_output=True, text=True, env=environment | _PLAIN_PROCESSOR, check=False)
     try:
         answer = json.loads(done.stdout)
     except ValueError:
@@ -71,17 +68,6 @@ def _compiled_elsewhere(component: type[Component]) -> dict[str, str]:
     if answer.pop("layout") != _layout(component):  # a library whose parts disagree about its record would crash its host
         raise BuildError(f"{component.__name__}: its source has changed since it was loaded; build it again")
     return answer
-
-
-def _search_path() -> list[str]:
-    """Where modules are looked for: this process's folders, the standard library's first, since a file such as random.py beside
-    a component is not the module that the compiler means."""
-    library = sysconfig.get_path("stdlib")
-
-    def is_ours(entry: str) -> bool:
-        return not entry.startswith(library) or "-packages" in entry
-
-    return sorted(filter(None, sys.path), key=is_ours)
 
 
 def _layout(component: type[Component]) -> str:
