@@ -8,27 +8,39 @@ period are what a sampled oscillation needs to be seen.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Mapping
 
 from shaper_fmu.master.events import Treatment
+from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
+from shaper_fmu.master.variables import items_of, kind_of
 from shaper_fmu.master.wiring import Port
 
 _STEPS_OF_A_MOVE = 10
 _STEPS_OF_A_PERIOD = {True: 2, False: 10}  # with exact events, and on the grid
 _UNITS = {"duration": "s", "natural_frequency": "rad/s"}
+_CHOICES = ("modes", "profile")
+"""Parameters that tell which of the others count: how many modes there are, and what the move is."""
+_WITHOUT_SLOPE = {"step": ("position", "velocity", "acceleration"), "trapezoid": ("acceleration",)}
+"""Outputs of a move that are constant between its events."""
 
 
 def time_scales(system: System) -> list[Port]:
-    """The variables that tell how fast a system is: durations and natural frequencies, by their usual names and units."""
-    return [
-        (name, variable.name)
-        for name, fmu in system.fmus.items()
-        for variable in fmu.variables.values()
-        if variable.causality in ("parameter", "calculatedParameter")
-        and _UNITS.get(variable.name.split("[")[0]) == (fmu.unit_of(variable.name) or "")
-    ]
+    """The variables that tell how fast a system is: durations and natural frequencies, by their usual names and units; and what
+    is chosen among them."""
+    found = []
+    for name, fmu in system.fmus.items():
+        times = [
+            variable.name
+            for variable in fmu.variables.values()
+            if variable.causality in ("parameter", "calculatedParameter")
+            and _UNITS.get(variable.name.split("[")[0]) == (fmu.unit_of(variable.name) or "")
+        ]
+        choices = [choice for choice in _CHOICES if choice in fmu.variables and fmu.variables[choice].causality == "parameter"]
+        found += [(name, variable) for variable in (times + choices if times else [])]
+    return found
 
 
 def own_values(system: System, ports: list[Port]) -> dict[Port, float]:
@@ -38,7 +50,8 @@ def own_values(system: System, ports: list[Port]) -> dict[Port, float]:
         declared = system.fmus[name].variables[variable]
         told = system.start_values[name].get(variable, declared.start)
         if declared.causality == "parameter" and told is not None:
-            values[name, variable] = float(told)
+            with contextlib.suppress(ValueError):  # a text: not one of these
+                values[name, variable] = float(told)
     return values
 
 
@@ -46,11 +59,11 @@ def step_notes(system: System, treatment: Treatment, step: float, values: Mappin
     """Notes on a communication step [s] that is long for these durations [s] and natural frequencies [rad/s]."""
     shortest: dict[str, tuple[float, str]] = {}
     for (name, variable), value in values.items():
-        if not (math.isfinite(value) and value > 0.0 and _is_used(system, name, variable)):
+        if variable in _CHOICES or not (math.isfinite(value) and value > 0.0 and _is_used(system, name, variable, values)):
             continue
         move = variable == "duration"
         length = value if move else 2.0 * math.pi / value
-        needed = _steps_of_a_move(system, name, variable, treatment) if move else _STEPS_OF_A_PERIOD[treatment.exact]
+        needed = _steps_of_a_move(system, name, treatment, values) if move else _STEPS_OF_A_PERIOD[treatment.exact]
         if step * needed > length * (1.0 + 1e-9):
             words = f"{name}.{variable} = {value:.6g} {_UNITS[variable.split('[')[0]]}"
             what = f"it has {length / step:.3g} steps{'' if move else ' a period'}, and needs {needed} ({length / needed:.3g} s)"
@@ -58,24 +71,45 @@ def step_notes(system: System, treatment: Treatment, step: float, values: Mappin
     return tuple(f"a step of {step:.6g} s is long for {text}" for _, text in shortest.values())
 
 
-def _is_used(system: System, name: str, variable: str) -> bool:
-    """Whether a frequency is of this system: calculated or given, not a default; of an array, of one of the `modes` in use."""
+def _is_used(system: System, name: str, variable: str, values: Mapping[Port, float]) -> bool:
+    """Whether a duration or frequency is of this system: not that of a jump; calculated or given, not a default; of an array, of
+    one of the `modes` in use."""
     declared = system.fmus[name].variables[variable]
-    if variable != "duration" and declared.causality == "parameter" and variable not in system.start_values[name]:
+    if variable == "duration":
+        return declared.causality != "parameter" or _item(system, name, values) != "step"
+    default = variable not in system.start_values[name] and values[name, variable] == float(declared.start or math.nan)
+    if declared.causality == "parameter" and default:
         return False
-    modes = system.fmus[name].variables.get("modes")
-    if "[" not in variable or modes is None:
-        return True
-    used = int(float(system.start_values[name].get("modes", modes.start or 1)))
-    return int(variable.split("[")[1].rstrip("]").split(",")[0]) <= used
+    modes = values.get((name, "modes"))
+    return "[" not in variable or modes is None or int(variable.split("[")[1].rstrip("]").split(",")[0]) <= modes
 
 
-def _steps_of_a_move(system: System, name: str, variable: str, treatment: Treatment) -> int:
-    """How many steps a move of this duration needs: one, for jumps that steps end at; more for what is smooth."""
+def _item(system: System, name: str, values: Mapping[Port, float]) -> str | None:
+    """The name of the kind of profile that is chosen, None if there is no choice."""
+    if (name, "profile") not in values:
+        return None
+    items = {number: item for item, number in items_of(system.fmus[name].variables["profile"]).items()}
+    return items.get(int(values[name, "profile"]))
+
+
+def _steps_of_a_move(system: System, name: str, treatment: Treatment, values: Mapping[Port, float]) -> int:
+    """How many steps a move of this duration needs: one, for jumps that steps end at; more for what is smooth.
+
+    On the grid the edges of jumps are moved, too. A description says that outputs are smooth by the order up to which it gives
+    their derivatives, or by derivatives of theirs among the variables.
+    """
     fmu = system.fmus[name]
-    if not treatment.exact and fmu.variables[variable].causality == "parameter":
+    if not treatment.exact and fmu.variables["duration"].causality == "parameter":
         return _STEPS_OF_A_MOVE
-    rates = {id(v) for v in fmu.variables.values() if v.derivative is not None}
-    smooth = rates | {id(v.derivative) for v in fmu.variables.values() if v.derivative is not None}
-    outputs = [fmu.variables[source[1]] for source in treatment.connections.values() if source[0] == name]
-    return _STEPS_OF_A_MOVE if any(id(output) in smooth for output in outputs) else 1
+    if _gives_derivatives(fmu):
+        smooth = {v.name for v in fmu.variables.values() if kind_of(v) == "real" and v.variability == "continuous"}
+    else:
+        rates = [v for v in fmu.variables.values() if v.derivative is not None]
+        smooth = {v.name for v in rates} | {str(v.derivative.name) for v in rates if v.derivative is not None}
+    smooth -= set(_WITHOUT_SLOPE.get(_item(system, name, values) or "", ()))
+    used = {source[1] for source in treatment.connections.values() if source[0] == name}
+    return _STEPS_OF_A_MOVE if used & smooth else 1
+
+
+def _gives_derivatives(fmu: Fmu) -> bool:
+    return int(fmu.co_simulation.maxOutputDerivativeOrder or 0) > 0
