@@ -18,8 +18,8 @@ class MassSpringDamper(Component):
     continuous_states = ("position", "velocity")
 
     force = Input("N", "force on the mass", slope="force_slope")
-    mass = Parameter(1.0, "kg", "moving mass", min=0.0, exclusive=True)
-    stiffness = Parameter(100.0, "N/m", "spring stiffness", min=0.0, exclusive=True)
+    mass = Parameter(1.0, "kg", "moving mass", min=0.0, exclusive=True, published=(1e-12, None))
+    stiffness = Parameter(100.0, "N/m", "spring stiffness", min=0.0, exclusive=True, published=(1e-9, None))
     damping = Parameter(1.0, "N.s/m", "viscous damping", min=0.0)
     natural_frequency = Calculated("rad/s", "undamped natural frequency sqrt(k/m)")
     damping_ratio = Calculated("", "damping ratio c / (2 sqrt(k m))")

@@ -24,9 +24,9 @@ class OverheadCrane(Integrated):
 
     trolley_acceleration = Input("m/s2", "acceleration of the trolley")
     hoist_speed = Input("m/s", "speed at which the load is hoisted: the rope shortens")
-    initial_rope_length = Parameter(5.0, "m", "rope length at the start", min=0.0, exclusive=True)
+    initial_rope_length = Parameter(5.0, "m", "rope length at the start", min=0.0, exclusive=True, published=(1e-9, None))
     damping_ratio = Parameter(0.0, "", "damping ratio of small swings at the initial rope length", min=0.0)
-    gravity = Parameter(9.81, "m/s2", "acceleration of gravity", min=0.0, exclusive=True)
+    gravity = Parameter(9.81, "m/s2", "acceleration of gravity", min=0.0, exclusive=True, published=(1e-9, None))
     natural_frequency = Calculated("rad/s", "frequency of small undamped swings at the initial rope length, sqrt(g/l0)")
     trolley_position = Output("m", "position of the trolley", depends=(), derivative="trolley_speed", nominal="usual_position")
     rope_length = Output("m", "rope length", depends=(), derivative="rope_speed", nominal="initial_rope_length")

@@ -38,8 +38,10 @@ class ThreeMassChain(Component):
 
     force = Input("N", "force on mass 1", slope="force_slope")
     disturbance = Input("N", "further force on each mass", size=MASSES)
-    mass = Parameter([15.0, 8.0, 10.0], "kg", "moving masses", size=MASSES, min=0.0, exclusive=True)
-    stiffness = Parameter([400.0, 120.0], "N/m", "stiffness of the springs 1-2 and 2-3", size=SPRINGS, min=0.0, exclusive=True)
+    mass = Parameter([15.0, 8.0, 10.0], "kg", "moving masses", size=MASSES, min=0.0, exclusive=True, published=(1e-12, None))
+    stiffness = Parameter(
+        [400.0, 120.0], "N/m", "stiffness of the springs 1-2 and 2-3", size=SPRINGS, min=0.0, exclusive=True, published=(1e-9, None)
+    )
     damping = Parameter([20.0, 6.0], "N.s/m", "viscous damping beside each spring", size=SPRINGS, min=0.0)
     natural_frequency = Calculated("rad/s", "natural frequencies of the two flexible modes, the lower one first", size=SPRINGS)
     damping_ratio = Calculated("", "damping ratios of the two flexible modes", size=SPRINGS)

@@ -76,6 +76,7 @@ class Variable:
         min: float | None = None,
         max: float | None = None,
         exclusive: Exclusive = False,
+        published: tuple[float | None, float | None] | None = None,
         tunable: bool = False,
         display_unit: str = "",
         depends: tuple[str, ...] | None = None,
@@ -85,7 +86,7 @@ class Variable:
     ):
         self.name = ""
         self.causality, self.unit, self.description = causality, unit, description
-        self.size, self.min, self.max, self.exclusive = size, min, max, exclusive
+        self.size, self.min, self.max, self.exclusive, self.published = size, min, max, exclusive, published
         self.tunable, self.display_unit, self.depends = tunable, display_unit, depends
         self.derivative, self.slope, self.nominal = derivative, slope, nominal
         first = start[0] if isinstance(start, list | tuple) and start else start
@@ -141,8 +142,11 @@ class Variable:
 
     @property
     def published_bounds(self) -> dict[str, Scalar]:
-        """Bounds as FMI has them, which belong to the domain: for an excluded one the next number; at zero the smallest that is
-        normal, since some readers of XML refuse smaller ones."""
+        """Bounds as FMI has them, which belong to the domain: the `published` ones, where they are told; for an excluded one the
+        next number; at zero the smallest that is normal, since some readers of XML refuse smaller ones."""
+        if self.published is not None:
+            told = zip(("min", "max"), self.published, strict=True)
+            return {side: self.kind(bound) for side, bound in told if bound is not None}
         bounds: dict[str, Scalar] = {}
         for side, bound, inwards in (("min", self.min, 1), ("max", self.max, -1)):
             if bound is None:
@@ -207,7 +211,9 @@ def Local(unit: str, description: str, start: Any = 0.0, **options: Any) -> Vari
 
 
 def Parameter(start: Any, unit: str, description: str, **options: Any) -> Variable:
-    """A parameter with its start value and domain. Options: kind, size, min, max, exclusive, tunable, display_unit."""
+    """A parameter with its start value and domain. `published` are the bounds (min, max) that the FMU tells in place of the
+    domain's, None for none: numbers that it runs at, where the domain ends at one that it does not run at, such as a mass of 0.
+    Options: kind, size, min, max, exclusive, published, tunable, display_unit."""
     return Variable("parameter", start, unit, description, **options)
 
 

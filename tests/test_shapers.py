@@ -140,3 +140,12 @@ def test_v_equals_the_complex_formula(kind, w, zeta, ratio):
         formula_v(amplitude, delay, ratio * w, zeta), rel=1e-9, abs=1e-13
     )
     assert formula_v(amplitude, delay, w, zeta) < 1e-11
+
+
+@pytest.mark.parametrize("zeta", [0.999, 1.0 - 1e-9, 1.0 - 2.0**-53])
+def test_insensitivity_of_a_mode_that_hardly_swings(zeta):
+    """ZV's impulses are half a damped period apart: x = pi zeta / sqrt(1 - zeta^2) decay times. The second is exp(-x) (nothing), so
+    V at the frequency ratio r is exp(-r x), 0.05 at r = ln(20) / x; the band ends at 10. A scan of the band would take for ever."""
+    x = math.pi * zeta / math.sqrt(1.0 - zeta * zeta)
+    width = designed(natural_frequency=[3.0], damping_ratio=[zeta], vibration_tolerance=0.05).insensitivity
+    assert width == pytest.approx(10.0 - math.log(20.0) / x, rel=1e-9)

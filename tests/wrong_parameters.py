@@ -35,7 +35,7 @@ PARAMETERS: dict[str, Wrong] = {
             (
                 COMMON,
                 "-1.5",
-                "parameter command.profile.duration -> command.profile.duration = -1.5 s is less than the FMU's minimum 2.2250738585072014e-308 s",
+                "parameter command.profile.duration -> command.profile.duration = -1.5 s is less than the FMU's minimum 1e-09 s",
             ),
         ),
     ),

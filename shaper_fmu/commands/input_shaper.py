@@ -63,12 +63,25 @@ class InputShaper(DesignWorkspace):
     shaper = Parameter(Shaper.zv, "", "kind of shaper")
     modes = Parameter(1, "", "number of modes", min=1, max=MODES)
     natural_frequency = Parameter(
-        10.0, "rad/s", "undamped natural frequency of each mode", size=MODES, min=0.0, exclusive=True, tunable=True
+        10.0,
+        "rad/s",
+        "undamped natural frequency of each mode",
+        size=MODES,
+        min=0.0,
+        exclusive=True,
+        published=(1e-9, None),
+        tunable=True,
     )
-    damping_ratio = Parameter(0.0, "", "damping ratio of each mode", size=MODES, min=0.0, max=1.0, exclusive="max", tunable=True)
+    damping_ratio = Parameter(
+        0.0, "", "damping ratio of each mode", size=MODES, min=0.0, max=1.0, exclusive="max", published=(0.0, 0.999), tunable=True
+    )
     shape_mode = Parameter(True, "", "whether each mode is shaped", size=MODES)
-    vibration_tolerance = Parameter(0.05, "", "tolerated residual vibration V", min=0.0, max=1.0, exclusive=True)
-    negative_amplitude = Parameter(0.5, "", "size of the negative impulse of sna_zv", min=0.0, max=1.0, exclusive="min")
+    vibration_tolerance = Parameter(
+        0.05, "", "tolerated residual vibration V", min=0.0, max=1.0, exclusive=True, published=(1e-6, 0.999)
+    )
+    negative_amplitude = Parameter(
+        0.5, "", "size of the negative impulse of sna_zv", min=0.0, max=1.0, exclusive="min", published=(1e-6, 1.0)
+    )
     equal_impulses = Parameter(3, "", "number of impulses of miszv", min=2, max=MODE_IMPULSES)
     custom_impulses = Parameter(2, "", "number of impulses of the custom shaper", min=1, max=MODE_IMPULSES)
     custom_amplitude = Parameter([0.5, 0.5] + [0.0] * 14, "", "amplitudes of the custom shaper", size=MODE_IMPULSES)

@@ -53,12 +53,18 @@ class MotionProfile(Component):
 
     profile = Parameter(ProfileKind.cycloid, "", "kind of profile")
     distance = Parameter(1.0, "m", "distance to move, negative for the other way")
-    duration = Parameter(1.0, "s", "time from start to rest (a step needs none)", min=0.0, exclusive=True)
+    duration = Parameter(1.0, "s", "time from start to rest (a step needs none)", min=0.0, exclusive=True, published=(1e-9, None))
     start_time = Parameter(0.0, "s", "time at which the move begins")
-    natural_frequency = Parameter(10.0, "rad/s", "undamped natural frequency of the mode to leave at rest", min=0.0, exclusive=True)
-    damping_ratio = Parameter(0.0, "", "damping ratio of that mode", min=0.0, max=1.0, exclusive="max")
-    max_velocity = Parameter(NO_LIMIT, "m/s", "speed never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True)
-    max_acceleration = Parameter(NO_LIMIT, "m/s2", "acceleration never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True)
+    natural_frequency = Parameter(
+        10.0, "rad/s", "undamped natural frequency of the mode to leave at rest", min=0.0, exclusive=True, published=(1e-9, None)
+    )
+    damping_ratio = Parameter(0.0, "", "damping ratio of that mode", min=0.0, max=1.0, exclusive="max", published=(0.0, 0.999))
+    max_velocity = Parameter(
+        NO_LIMIT, "m/s", "speed never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True, published=(None, None)
+    )
+    max_acceleration = Parameter(
+        NO_LIMIT, "m/s2", "acceleration never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True, published=(None, None)
+    )
     shortest_duration = Calculated("s", "shortest duration that the limits permit, 0 without limits")
     position = Output("m", "reference position", derivative="velocity")
     velocity = Output("m/s", "reference velocity", derivative="acceleration")

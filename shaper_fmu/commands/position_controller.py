@@ -27,7 +27,12 @@ class PositionController(Component):
     integral_gain = Parameter(0.0, "N/m/s", "rate of force per position error, 0 for a PD controller", min=0.0)
     derivative_gain = Parameter(20.0, "N.s/m", "force against the velocity", min=0.0)
     force_limit = Parameter(
-        NO_LIMIT, "N", "magnitude of the force never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True
+        NO_LIMIT,
+        "N",
+        "magnitude of the force never to be exceeded, 1e300 for no limit",
+        min=0.0,
+        exclusive=True,
+        published=(1e-9, None),
     )
     force = Output("N", "force on the plant")
     integral_force = Local("N", "integral part of the force", derivative="integral_rate")

@@ -58,11 +58,17 @@ class PulseTrain(DesignWorkspace):
 
     design = Parameter(Design.carrier, "", "kind of design")
     amplitude = Parameter(1.0, "", "value of the command when on; reference and carrier have the same scale")
-    duration = Parameter(0.4, "s", "travel time of carrier, carrier_polished and minimax", min=0.0, exclusive=True)
+    duration = Parameter(
+        0.4, "s", "travel time of carrier, carrier_polished and minimax", min=0.0, exclusive=True, published=(1e-3, None)
+    )
     start_time = Parameter(0.0, "s", "time at which the command begins")
-    natural_frequency = Parameter(10.0, "rad/s", "undamped natural frequency of the mode to leave at rest", min=0.0, exclusive=True)
-    damping_ratio = Parameter(0.0, "", "damping ratio of that mode", min=0.0, max=1.0, exclusive="max")
-    frequency_ratio = Parameter(13.0, "", "frequency of the carrier over the mode's damped frequency", min=0.0, exclusive=True)
+    natural_frequency = Parameter(
+        10.0, "rad/s", "undamped natural frequency of the mode to leave at rest", min=0.0, exclusive=True, published=(1e-3, None)
+    )
+    damping_ratio = Parameter(0.0, "", "damping ratio of that mode", min=0.0, max=1.0, exclusive="max", published=(0.0, 0.999))
+    frequency_ratio = Parameter(
+        13.0, "", "frequency of the carrier over the mode's damped frequency", min=0.0, exclusive=True, published=(1e-3, None)
+    )
     minimum_pulse_width_limit = Parameter(0.0, "s", "pulses and gaps shorter than this are left out, 0 for none", min=0.0)
     pulses = Calculated("", "number of rising edges", start=0)
     switches = Calculated("", "number of switches", start=0)

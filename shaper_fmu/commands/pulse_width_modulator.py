@@ -40,7 +40,7 @@ class PulseWidthModulator(Component):
     sampled = True
 
     reference = Input("", "share of the time to be on, 0 to 1")
-    carrier_frequency = Parameter(20.0, "Hz", "frequency of the carrier", min=0.0, exclusive=True)
+    carrier_frequency = Parameter(20.0, "Hz", "frequency of the carrier", min=0.0, exclusive=True, published=(1e-9, None))
     carrier_phase = Parameter(0.0, "rad", "phase of the carrier at time zero; 0 is at its peak, falling", display_unit="deg")
     minimum_pulse_width = Parameter(0.0, "s", "shortest time between two switches", min=0.0)
     pulse = Output("", "the on/off command, 0 or 1")

@@ -130,14 +130,34 @@ def _of_domain(variable: Variable) -> Iterator[str]:
     if variable.exclusive not in (False, True, "min", "max"):
         yield f"exclusive is {variable.exclusive!r}; it must be True, 'min' or 'max'"
         return
+    wrong = list(_of_published(variable))
+    if wrong:
+        yield from wrong
+        return
     published = variable.published_bounds if variable.kind in (float, int) else {}
     if published.get("min", -math.inf) > published.get("max", math.inf):
-        words = " and excluded" if variable.exclusive else ""
-        yield f"no value is between min = {variable.min} and max = {variable.max}{words}; exchange or widen them"
+        low, high = variable.published or (variable.min, variable.max)
+        words = " and excluded" if variable.exclusive and not variable.published else ""
+        yield f"no value is between min = {low} and max = {high}{words}; exchange or widen them"
         return
     if variable.causality in ("parameter", "input"):
         found = (variable.problem(label, start) for label, start in zip(variable.scalar_names, variable.starts, strict=True))
         yield from (f"the start value is outside of its bounds: {words}" for words in found if words)
+
+
+def _of_published(variable: Variable) -> Iterator[str]:
+    """Of bounds that are told in place of the domain's: they are a pair of numbers, or None, of the domain."""
+    told: Any = variable.published
+    if told is None:
+        return
+    if not (isinstance(told, tuple) and len(told) == 2):
+        yield f"published is {told!r}; it must be a pair (min, max), with None for a bound that is not told"
+        return
+    for side, bound in zip(("min", "max"), told, strict=True):
+        found = [] if bound is None else list(_of_bound(variable, side, bound))
+        if bound is not None and not found and (outside := variable.problem(f"published {side}", bound)):
+            found = [outside]
+        yield from (f"published {words}" if not words.startswith("published") else words for words in found)
 
 
 def _of_enumerations(component: type[Component]) -> Iterator[str]:

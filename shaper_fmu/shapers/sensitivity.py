@@ -8,6 +8,7 @@ _HIGHEST_RATIO = 10.0
 _SCAN_STEP = 0.005
 _RIPPLE_SHARE = 0.5  # V changes over frequency ratios of 2 pi / (w T): no faster than a scan in steps of 0.5 / (w T) sees
 _ROUNDING = 3e-16  # of V
+_BEFORE_ONE = 1.0 - 2.0**-53
 _TOUCHING = 1.0 + 1e-9  # a maximum that touches the tolerance, as an EI shaper's does, is no crossing
 
 
@@ -41,8 +42,12 @@ def insensitivity(amplitude, delay, count: int, natural_frequency: float, dampin
 
 
 def _crossing(amplitude, delay, count: int, natural_frequency: float, damping_ratio: float, tolerance: float, step: float) -> float:
-    inside = 1.0
-    outside = 1.0 + step
+    inside = _calm(amplitude, delay, count, damping_ratio * natural_frequency, tolerance)
+    if inside < 1.0 and step > 0.0:
+        return _HIGHEST_RATIO
+    if inside <= -step:  # less than a step of the scan is left
+        return 0.0
+    outside = inside + step
     below = _excess(amplitude, delay, count, natural_frequency, damping_ratio, tolerance, inside)
     above = _excess(amplitude, delay, count, natural_frequency, damping_ratio, tolerance, outside)
     while above <= (_TOUCHING - 1.0) * tolerance:
@@ -70,6 +75,25 @@ def _crossing(amplitude, delay, count: int, natural_frequency: float, damping_ra
             below *= 0.5 if side > 0 else 1.0
             side = 1
     return middle
+
+
+def _calm(amplitude, delay, count: int, decay: float, tolerance: float) -> float:
+    """The least frequency ratio from which on all impulses together have decayed to the tolerance at the last one, whatever
+    their phases; 1 if they have not at 1. A scan of a damped mode's long shaper would not come to an end there."""
+    low = 0.0
+    high = 1.0
+    for i in range(60):
+        ratio = high if i == 0 else 0.5 * (low + high)
+        most = 0.0
+        for k in range(count):
+            most += abs(amplitude[k]) * math.exp(ratio * decay * (delay[k] - delay[count - 1]))
+        if most <= tolerance:
+            high = ratio
+        elif i == 0:
+            return 1.0
+        else:
+            low = ratio
+    return min(high, _BEFORE_ONE)
 
 
 def _excess(amplitude, delay, count: int, natural_frequency: float, damping_ratio: float, tolerance: float, ratio: float) -> float:

@@ -1,0 +1,61 @@
+"""Bounds that an FMU tells are inclusive in FMI: each is accepted, and the FMU runs at it, with all else as it is by default."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy import read_model_description
+
+from shaper_fmu import System
+from shaper_fmu.component import Component
+from shaper_fmu.export.build import build_fmu
+from shaper_fmu.registry import components
+
+NOT_TOLD = {("MotionProfile", "max_velocity"), ("MotionProfile", "max_acceleration")}
+"""Bounded, but a minimum that goes with every duration does not exist: their descriptions tell the domain."""
+
+
+@pytest.fixture(scope="module", params=[2, 3])
+def built(request, fmus, tmp_path_factory) -> Path:
+    """A folder with all FMUs of one version of FMI."""
+    if request.param == 2:
+        return fmus
+    folder = tmp_path_factory.mktemp("fmi3")
+    for component in components().values():
+        build_fmu(component, folder, fmi=3, platforms=["this"])
+    return folder
+
+
+def results_at(component: type[Component], fmu: Path, values: dict[str, float]) -> None:
+    """Run ten steps with these values, and look at everything that the FMU computes."""
+    system = System()
+    system.add("a", fmu, **values)
+    computed = [v for v in component.variables.values() if v.causality in ("output", "local", "calculatedParameter")]
+    results = system.simulate(0.1, 0.01, record=[f"a.{name}" for v in computed for name in v.scalar_names])
+    for name, column in results.values.items():
+        assert np.isfinite(column).all(), (name, values)
+
+
+@pytest.mark.parametrize("name", sorted(components()))
+def test_every_published_bound_runs(name, built):
+    """The bounds are read from the FMU, not from the declaration; arrays at the bound as a whole, and one element of them."""
+    component = components()[name]
+    path = built / f"{name}.fmu"
+    for variable in read_model_description(str(path)).modelVariables:
+        if variable.causality not in ("parameter", "input") or variable.type in ("Enumeration", "Boolean"):
+            continue
+        for bound in (variable.min, variable.max):
+            if bound is not None:
+                size = component.variables[variable.name.split("[")[0]].size if variable.dimensions else None
+                results_at(component, path, {variable.name: [float(bound)] * size if size else float(bound)})
+
+
+def test_what_is_bounded_tells_a_bound():
+    """So that tools can refuse a mass of -1 before anything runs; what tells none, tells its domain in words."""
+    for component in components().values():
+        for v in component.variables.values():
+            for side in ("min", "max"):
+                if getattr(v, side) is not None and v.kind in (int, float):
+                    assert (side in v.published_bounds) != ((component.__name__, v.name) in NOT_TOLD), (component.__name__, v.name)
