@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from plants.servo_hydraulics import free_speed, makeup, port_flow, resting_pressure, resting_spool
 from shaper_fmu.component import Calculated, Input, Local, Output, Parameter, State
 from shaper_fmu.integration import Integrated, integrate
+from shaper_fmu.plants.servo_hydraulics import free_speed, makeup, port_flow, resting_pressure, resting_spool
 
 AT_THE_END = 1
 CAVITATION = 2

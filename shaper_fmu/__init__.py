@@ -8,6 +8,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from shaper_fmu.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from shaper_fmu.analysis.vibration import damping_curve, insensitivity, relative_residual, sensitivity_curve, tolerated_band
     from shaper_fmu.component import Calculated, Component, Input, Local, Output, Parameter, State
@@ -44,8 +46,6 @@ if TYPE_CHECKING:
     from shaper_fmu.tune.tuning_plant import tune_plant
     from shaper_fmu.tune.verify import Verification, verify
     from shaper_fmu.tune.wish import Move, Wish
-
-__version__ = "0.1.0"
 
 _HOMES = {
     "design.modal_response": ["ModalResponse", "modal_response", "step_response"],

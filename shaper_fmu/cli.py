@@ -10,7 +10,6 @@ from typing import Annotated
 
 import typer
 
-from shaper_fmu import __version__
 from shaper_fmu.cli_arguments import PAGE, finite, input_file, output_file, positive, wrong_usage
 from shaper_fmu.cli_build import build
 from shaper_fmu.cli_check import check
@@ -26,6 +25,7 @@ from shaper_fmu.errors import ModelError, ShaperFmuError, UsageError
 from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.progress import progress
 from shaper_fmu.report.page import Table
+from shaper_fmu.version import __version__
 
 app = typer.Typer(
     no_args_is_help=True,

@@ -1,4 +1,4 @@
-"""Finding components: in `shaper_fmu/commands/`, in `plants/`, and where third parties announce theirs.
+"""Finding components: in `shaper_fmu/commands/`, in `shaper_fmu/plants/`, and where third parties announce theirs.
 
 A third party's package announces modules or classes in the entry-point group "shaper_fmu.components".
 """
@@ -24,7 +24,7 @@ from shaper_fmu.component import Component
 from shaper_fmu.errors import ComponentError, nearest
 
 ENTRY_POINT_GROUP = "shaper_fmu.components"
-_PACKAGES = ("shaper_fmu.commands", "plants")
+_PACKAGES = ("shaper_fmu.commands", "shaper_fmu.plants")
 
 
 def components_of(module: ModuleType) -> list[type[Component]]:

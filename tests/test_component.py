@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from plants.mass_spring_damper import MassSpringDamper
 from shaper_fmu.commands.input_shaper import InputShaper
 from shaper_fmu.component import Component, Input, Output, Parameter, State
 from shaper_fmu.errors import ComponentError
+from shaper_fmu.plants.mass_spring_damper import MassSpringDamper
 from shaper_fmu.shapers.kinds import Shaper
 from shaper_fmu.units import parse_unit
 

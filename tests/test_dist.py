@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+import shaper_fmu
 from shaper_fmu import fmu_path
 from shaper_fmu.registry import components
 
@@ -64,11 +65,15 @@ def clean(tmp_path_factory) -> Path:
     shutil.rmtree(source)
     venv.create(folder / "environment", with_pip=False)
     python = folder / "environment" / "bin" / "python"
-    run([*pip(), "--python", str(python), "install", str(next(folder.glob("*.whl")))])
+    wheel = next(folder.glob("*.whl"))
+    assert wheel.name.startswith(f"shaper_fmu-{shaper_fmu.__version__}-")
+    run([*pip(), "--python", str(python), "install", str(wheel)])
     return python
 
 
 def test_the_wheel_hands_out_all_native_fmus_and_they_run(clean, tmp_path):
+    (tmp_path / "plants").mkdir()
+    (tmp_path / "plants" / "__init__.py").write_text("raise RuntimeError('the user has plants, too')\n")
     environment = {"PATH": "", "HOME": str(tmp_path), "SHAPER_FMU_CACHE": str(tmp_path / "cache")}
     found = json.loads(run([str(clean), "-c", USER], cwd=tmp_path, env=environment))
     position = float.fromhex(found.pop("position"))

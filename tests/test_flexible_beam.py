@@ -13,9 +13,9 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh, expm
 from scipy.optimize import brentq
 
-from plants.flexible_beam import FlexibleBeam, frequency_parameter
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.master.system import System
+from shaper_fmu.plants.flexible_beam import FlexibleBeam, frequency_parameter
 
 RATIOS = [0.0, 0.75, 5.0]
 

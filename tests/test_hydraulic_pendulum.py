@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson, solve_ivp
 
-from plants.hydraulic_pendulum import HydraulicPendulum
 from shaper_fmu import System, fmu_path
 from shaper_fmu.errors import ComponentError
+from shaper_fmu.plants.hydraulic_pendulum import HydraulicPendulum
 
 ROD = {"rod_length": 0.485, "rod_mass": 0.43, "hinge_damping": 0.0297}
 LOCKED = {"slide_mass": 1e12, "proportional_gain": 0.0}

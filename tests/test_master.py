@@ -10,13 +10,13 @@ import pytest
 from conftest import gain_component
 from scipy.linalg import expm
 
-from plants.mass_spring_damper import MassSpringDamper
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.export.pythonfmu_backend import build_fmu
 from shaper_fmu.export.start_values import with_start_values
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
 from shaper_fmu.master.wiring import instance_order, signal_order
+from shaper_fmu.plants.mass_spring_damper import MassSpringDamper
 
 
 @pytest.fixture

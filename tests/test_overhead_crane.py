@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson, solve_ivp
 
-from plants.overhead_crane import OverheadCrane
 from shaper_fmu import System, fmu_path
+from shaper_fmu.plants.overhead_crane import OverheadCrane
 
 LENGTH, GRAVITY = 4.0, 9.81
 

@@ -9,9 +9,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from plants.mass_spring_damper import MassSpringDamper, oscillator_transition
-from plants.overhead_crane import OverheadCrane
 from shaper_fmu.errors import ComponentError
+from shaper_fmu.plants.mass_spring_damper import MassSpringDamper, oscillator_transition
+from shaper_fmu.plants.overhead_crane import OverheadCrane
 
 
 @pytest.mark.parametrize("zeta", [0.0, 0.1, 0.9, 0.999999, 1.0, 1.000001, 1.2, 5.0, 1000.0])

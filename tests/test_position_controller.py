@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.signal import StateSpace, cont2discrete, step
 
-from plants.mass_spring_damper import MassSpringDamper
 from shaper_fmu.commands.position_controller import PositionController
 from shaper_fmu.errors import ComponentError
+from shaper_fmu.plants.mass_spring_damper import MassSpringDamper
 
 
 def started(**values) -> PositionController:

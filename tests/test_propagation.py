@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from plants.mass_spring_damper import MassSpringDamper
+from shaper_fmu.plants.mass_spring_damper import MassSpringDamper
 from shaper_fmu.propagation import oscillator_forcing, oscillator_transition
 
 DAMPING = [0.0, 0.1, 0.9, 0.999999, 1.0, 1.000001, 1.2, 1.99, 2.01, 50.0, 1000.0]

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plants.mass_spring_damper import MassSpringDamper
 from shaper_fmu.commands.pulse_train import SWITCHES, Design, PulseTrain
 from shaper_fmu.commands.pulse_width_modulator import PulseWidthModulator
 from shaper_fmu.component import NO_EVENT
@@ -24,6 +23,7 @@ from shaper_fmu.design.pulses import (
 )
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.export.compile import jit, record_of
+from shaper_fmu.plants.mass_spring_damper import MassSpringDamper
 
 # the plant of Taskin, Kilic and Kapucu 2019
 W, ZETA, RATIO, START = 22.9476, 0.0891, 12.0, 0.05

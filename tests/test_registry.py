@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import textwrap
+from pathlib import Path
 
 import pytest
 from conftest import gain_component
@@ -78,3 +82,13 @@ def test_a_file_without_components_is_refused(tmp_path, content, words):
 def test_a_missing_file_is_refused(tmp_path):
     with pytest.raises(ComponentError, match="no such file"):
         load_components(tmp_path / "none.py")
+
+
+@pytest.mark.parametrize("name", ["plants.py", "plants/__init__.py"])
+def test_plants_of_the_users_own_do_not_hide_ours(tmp_path, name):
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    (tmp_path / name).write_text("raise RuntimeError('the user has plants, too')\n")
+    code = "from shaper_fmu import components; print(*components())"
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+    assert "OverheadCrane" in done.stdout.split()

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from plants.three_mass_chain import ThreeMassChain
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.master.system import System
 from shaper_fmu.matrix_exponential import phi_functions, power_of_two
+from shaper_fmu.plants.three_mass_chain import ThreeMassChain
 from shaper_fmu.quartic import quadratic_factors
 
 SPRINGS = np.array([[-1.0, 1.0, 0.0], [0.0, -1.0, 1.0]])  # elongations of the springs = SPRINGS @ positions

@@ -10,7 +10,6 @@ from typing import Any
 
 import msgspec
 
-from shaper_fmu import __version__
 from shaper_fmu.errors import ModelError, StudyError
 from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.notes import coupling_notes, system_notes
@@ -25,6 +24,7 @@ from shaper_fmu.sweep.job import Job
 from shaper_fmu.sweep.refine import points_to_add
 from shaper_fmu.sweep.store import Run, Store, Task
 from shaper_fmu.sweep.study import Study, check_study
+from shaper_fmu.version import __version__
 
 Progress = Callable[[int, int, int], None]
 """Called now and then with the number of runs that are done, that have failed, and of all runs."""
