@@ -14,6 +14,7 @@ from shaper_fmu.cli_arguments import PAGE, finite, input_file, output_file, posi
 from shaper_fmu.cli_build import build
 from shaper_fmu.cli_check import check
 from shaper_fmu.cli_design import design
+from shaper_fmu.cli_ends import Commands, sigterm_heard
 from shaper_fmu.cli_new import app as new
 from shaper_fmu.cli_paths import begin as paths_begin
 from shaper_fmu.cli_paths import wrote
@@ -28,6 +29,7 @@ from shaper_fmu.report.page import Table
 from shaper_fmu.version import __version__
 
 app = typer.Typer(
+    cls=Commands,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -169,7 +171,8 @@ def run(
 def main() -> None:
     """The command `shaper-fmu`."""
     try:
-        app()
+        with sigterm_heard():
+            app()
     except ShaperFmuError as error:
         for problem in error.problems if isinstance(error, ModelError) else [error]:
             err.print(f"error: {problem}")
@@ -177,6 +180,3 @@ def main() -> None:
     except OSError as error:
         err.print(f"error: {error.filename or 'output'}: {error.strerror or error}")
         sys.exit(1)
-    except KeyboardInterrupt:
-        err.print("interrupted; what was finished is kept")
-        sys.exit(130)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shaper_fmu.cli_arguments import PAGE, STORE, index, input_file, output_file, wrong_usage
+from shaper_fmu.cli_ends import end_words
 from shaper_fmu.cli_paths import shown, wrote
 from shaper_fmu.console import err, out, show
 from shaper_fmu.progress import progress, runs_progress
@@ -66,7 +67,7 @@ def sweep(
         shaper-fmu report rope.sqlite --output rope.html
         shaper-fmu export rope.sqlite --output rope.csv
 
-    Exit codes: 0 all runs are done, 1 some failed, 2 wrong usage, 130 interrupted.
+    Exit codes: 0 all runs are done, 1 some failed, 2 wrong usage, 130 interrupted, 143 ended by SIGTERM.
     """
     from shaper_fmu.sweep.engine import engine_for
     from shaper_fmu.sweep.study import read_study
@@ -87,7 +88,7 @@ def sweep(
 
 
 def _run(planned: Study, target: Path, engine: Engine, retry_failed: bool) -> dict[str, int]:
-    """Run the study; exit code 130 with a word on what is kept if it is interrupted."""
+    """Run the study; if it is ended by a signal, that signal's exit code, with a word on what is kept."""
     from shaper_fmu.sweep.engine import run_study
 
     told = [0, 0, 0]
@@ -99,16 +100,17 @@ def _run(planned: Study, target: Path, engine: Engine, retry_failed: bool) -> di
                 update(done, failed, total)
 
             return run_study(planned, target, tell, engine=engine, retry_failed=retry_failed)
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as error:
+        words, code = end_words(error)
         done, failed, total = told
         if not total:
-            err.print("interrupted before the first run")
+            err.print(f"{words} before the first run")
         else:
             err.print(
-                f"interrupted: {done + failed} of {total} runs are finished ({failed} failed) and kept in {shown(target)}; "
+                f"{words}: {done + failed} of {total} runs are finished ({failed} failed) and kept in {shown(target)}; "
                 "the same command goes on with the rest"
             )
-        raise typer.Exit(130) from None
+        raise typer.Exit(code) from None
 
 
 def _print_results(target: Path) -> None:

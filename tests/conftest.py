@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from shaper_fmu.registry import components, load_components
 
 settings.register_profile("development", deadline=None)
 settings.register_profile("ci", deadline=None, derandomize=True)  # the same examples in every run
+signal.signal(signal.SIGINT, signal.default_int_handler)  # programs started in the background ignore it, and theirs would, too
 settings.load_profile("ci" if os.environ.get("CI") else "development")
 
 

@@ -26,6 +26,7 @@ from shaper_fmu.master.variables import element_variables, typed_value
 
 _DESCRIPTION = "modelDescription.xml"
 _MANY = 10_000
+_unpacked: weakref.WeakSet[Fmu] = weakref.WeakSet()
 
 
 STRUCTURAL = "structuralParameter"
@@ -52,6 +53,7 @@ class Fmu:
         self.name = name
         self.folder = Path(tempfile.mkdtemp(prefix="shaper-fmu-")).resolve()
         weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
+        _unpacked.add(self)
         extract_archive(content, name, self.folder)
         self.digest = hashlib.sha256(content).hexdigest()
         self.description, findings = _coupled_description(name, self.folder)
@@ -228,6 +230,12 @@ class Fmu:
             raise ModelError([f"{self.name}: {name} {words}"])
         variable = self.variable(name, "input", "parameter")
         return typed_value(variable, value, self.name)
+
+
+def remove_folders() -> None:
+    """Remove what is unpacked, where the process is about to end without Python's own end."""
+    for fmu in list(_unpacked):
+        shutil.rmtree(fmu.folder, ignore_errors=True)
 
 
 def event_output(fmu: Fmu) -> str | None:

@@ -22,6 +22,7 @@ from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.functions import LENIENT, lacking
 from shaper_fmu.master.once import occupy, once_key, vacate
+from shaper_fmu.master.process_ends import live
 from shaper_fmu.master.process_signals import SILENT
 from shaper_fmu.master.process_state import Kept, Share, put_back
 from shaper_fmu.master.variables import own_start
@@ -101,6 +102,7 @@ class Instance:
         self.slave: Any = None
         occupy(name, fmu, self._once)
         _logs[self._environment] = self.log
+        live[self._environment] = name, fmu.name, str(fmu.folder)
         try:
             with Kept():
                 self._instantiate()
@@ -318,5 +320,6 @@ class Instance:
         self._leave(freed)
 
     def _leave(self, freed: bool) -> None:
+        live.pop(self._environment, None)
         if _logs.pop(self._environment, None) is not None:  # else it was closed before
             vacate(self.name, self._once, self._library(), freed)

@@ -28,6 +28,7 @@ from shaper_fmu.errors import ModelError, ShaperFmuError, SimulationError
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.instance import moment
 from shaper_fmu.master.isolated_process import BEGUN, CLOSED, Child, read_frame, send
+from shaper_fmu.master.process_ends import leave_ends_to_the_caller
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.signals import Signal, typed_signal
 from shaper_fmu.master.simulation import Progress, Simulation
@@ -199,6 +200,7 @@ class _Nothing(System):
 
 def serve(channel: int, window: str) -> None:
     """The child's work: take the plan from standard input, run it, and send the answer to the file descriptor `channel`."""
+    leave_ends_to_the_caller()
     orders = os.dup(0)
     empty = os.open(os.devnull, os.O_RDONLY)
     os.dup2(empty, 0)

@@ -150,23 +150,24 @@ class Timers:
 
 
 class Interrupts:
-    """Hears Ctrl-C even where an FMU swallows what Python raises then: written in Python itself, or while it calls our logger.
+    """Hears Ctrl-C, and SIGTERM where Python treats it, even where an FMU swallows what Python raises then.
 
-    `error` is what Python has raised.
+    Such an FMU is written in Python itself, or it was calling our logger. `error` is what Python has raised.
     """
 
     def __init__(self) -> None:
         self.error: BaseException | None = None
-        self._previous: Any = None
+        self._previous: dict[int, Any] = {}
         if threading.current_thread() is threading.main_thread():
-            previous = signal.getsignal(signal.SIGINT)
-            if callable(previous):
-                self._previous = previous
-                signal.signal(signal.SIGINT, self._hear)
+            for number in (signal.SIGINT, signal.SIGTERM):
+                previous = signal.getsignal(number)
+                if callable(previous):
+                    self._previous[number] = previous
+                    signal.signal(number, self._hear)
 
     def _hear(self, number: int, frame: Any) -> None:
         try:
-            self._previous(number, frame)
+            self._previous[number](number, frame)
         except BaseException as error:
             self.error = error
             if frame is not None and frame.f_code in SILENT:
@@ -174,9 +175,9 @@ class Interrupts:
             raise
 
     def close(self) -> None:
-        """Give the signal back to who had it."""
-        if self._previous is not None:
-            signal.signal(signal.SIGINT, self._previous)
+        """Give the signals back to who had them."""
+        for number, previous in self._previous.items():
+            signal.signal(number, previous)
 
 
 SILENT: set[Any] = set()

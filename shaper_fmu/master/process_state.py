@@ -8,13 +8,16 @@ back after each call of the compiled loop, too (see arithmetic.py).
 from __future__ import annotations
 
 import functools
+import os
 import threading
 import time
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from enum import IntEnum
 from types import TracebackType
 from typing import Any, TypeVar, cast
 
+from shaper_fmu.master.process_ends import Ends
 from shaper_fmu.master.process_environment import Environment, restore_environment
 from shaper_fmu.master.process_parts import Arithmetic, Directory, Locale, NumpyErrors, Part, Processors, Streams, Umask
 from shaper_fmu.master.process_signals import Interrupts, Signals, Timers
@@ -42,8 +45,8 @@ class Kept:
     """Keeps the process's state, in a with statement; at its end, and by `put_back`, what differs is put back.
 
     Ctrl-C ends it by what Python raises for it (KeyboardInterrupt), whatever has become of that in the FMUs; an error that came of
-    it is dropped. One in another one does nothing. `last`: the FMUs are freed in it, so what they may have needed until then is put
-    back, too. `changed` gets the names of what was put back.
+    it is dropped. A copy of the process that an FMU has made is ended by it. One in another one does nothing. `last`: the FMUs are
+    freed in it, so what they may have needed until then is put back, too. `changed` gets the names of what was put back.
     """
 
     def __init__(self, changed: dict[str, None] | None = None, last: bool = False):
@@ -56,6 +59,7 @@ class Kept:
         if self._outer is not None:
             return self
         self._interrupts = Interrupts()
+        self._ends = Ends(lambda: self._restore(self._parts))
         try:
             for part in _ALL:
                 self._parts.append(part())
@@ -63,11 +67,13 @@ class Kept:
             self._close()
             raise
         self._looked = time.monotonic()
+        self._process = os.getpid()
         _threads.kept = self
         return self
 
     def put_back(self, share: Share) -> None:
         """See the function of this name."""
+        self._end_copy()
         now = time.monotonic()
         if share is Share.EVERYTHING or now - self._looked > _OFTEN:
             self._looked, share = now, Share.EVERYTHING
@@ -77,6 +83,7 @@ class Kept:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if self._outer is None:
+            self._end_copy()
             try:
                 self._restore(self._parts)
             finally:
@@ -88,6 +95,13 @@ class Kept:
         if heard is not None and (error is None or isinstance(error, Exception)):
             raise heard from None
 
+    def _end_copy(self) -> None:
+        """End a process that an FMU has made of this one and let return: all the rest would be done, and told, twice."""
+        if os.getpid() != self._process:
+            with suppress(OSError):
+                os.write(2, b"note: an FMU has made a copy of its process (fork) and let it return; the copy is ended\n")
+            os._exit(1)
+
     def _restore(self, parts: Iterable[Part]) -> None:
         for part in parts:
             if part.restore():
@@ -96,7 +110,17 @@ class Kept:
     def _close(self) -> None:
         for part in self._parts:
             part.close()
+        self._ends.close()
         self._interrupts.close()
+
+
+def _leave_to_the_copy() -> None:
+    """In a process that Python has forked, such as a worker of multiprocessing: its own runs are no part of what was under way."""
+    _threads.kept = None
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_leave_to_the_copy)
 
 
 def put_back(share: Share) -> None:

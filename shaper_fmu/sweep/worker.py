@@ -16,6 +16,7 @@ import numpy as np
 
 from shaper_fmu.master.isolated_process import BEGUN, CLOSED, read_frame, send
 from shaper_fmu.master.once import OccupiedError
+from shaper_fmu.master.process_ends import leave_ends_to_the_caller
 from shaper_fmu.sweep.job import Job, Runner
 from shaper_fmu.sweep.store import Outcome, Task
 
@@ -67,6 +68,7 @@ class _Channel:
 
 def serve(number: int, window: str) -> None:
     """The worker's life: a job, then tasks, until standard input ends. Answers go to the file of this number."""
+    leave_ends_to_the_caller()
     channel = _Channel(number)
     orders = os.fdopen(os.dup(0), "rb")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)

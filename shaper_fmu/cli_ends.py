@@ -1,0 +1,87 @@
+"""How commands end before their time: by Ctrl-C with exit code 130, by SIGTERM with 143, both with what they hold let go of."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from types import FrameType
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from shaper_fmu.console import err
+
+INTERRUPTED, TERMINATED = 130, 143
+_PATIENCE = 10.0
+"""So long is waited for a call of an FMU that goes on after SIGTERM [s]."""
+
+
+class Terminated(KeyboardInterrupt):
+    """Raised for SIGTERM: treated as Ctrl-C is, but for the exit code."""
+
+
+def end_words(error: KeyboardInterrupt) -> tuple[str, int]:
+    """What a user reads of an end by a signal, and the exit code."""
+    return ("ended by SIGTERM", TERMINATED) if isinstance(error, Terminated) else ("interrupted", INTERRUPTED)
+
+
+class Commands(TyperGroup):
+    """The commands, with words for an end by a signal."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Do the command."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt as error:
+            words, code = end_words(error)
+            err.print(f"{words} before the work was finished")
+            raise typer.Exit(code) from None
+
+
+@contextmanager
+def sigterm_heard() -> Iterator[None]:
+    """In here SIGTERM ends the command in order. Where it is ignored, or somebody else treats it, that stays so."""
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    if sys.platform == "win32" or not in_main_thread or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+    heard = threading.Event()
+
+    def raise_it(number: int, frame: FrameType | None) -> None:
+        heard.set()
+        raise Terminated
+
+    arrived, told = os.pipe()
+    os.set_blocking(told, False)
+    threading.Thread(target=_watch, args=(arrived, heard), daemon=True).start()
+    signal.signal(signal.SIGTERM, raise_it)
+    before = signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(before)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        os.close(told)
+
+
+def _watch(arrived: int, heard: threading.Event) -> None:
+    """Python hears signals between its own steps alone: an FMU's call that does not come back is not waited for without end."""
+    with open(arrived, "rb", buffering=0) as signals:
+        while (number := signals.read(1)) and number[0] != signal.SIGTERM:
+            pass
+    if number and not heard.wait(_PATIENCE):
+        _end_at_once()
+
+
+def _end_at_once() -> None:
+    from shaper_fmu.master.fmu import remove_folders
+
+    remove_folders()
+    with suppress(OSError):
+        os.write(2, b"ended by SIGTERM, in the midst of an FMU's call that did not come back\n")
+    os._exit(TERMINATED)
