@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ def built(request, fmus, tmp_path_factory) -> Path:
     return folder
 
 
-def results_at(component: type[Component], fmu: Path, values: dict[str, float]) -> None:
+def results_at(component: type[Component], fmu: Path, values: dict[str, Any]) -> None:
     """Run ten steps with these values, and look at everything that the FMU computes."""
     system = System()
     system.add("a", fmu, **values)

@@ -63,10 +63,10 @@ def move_into_plant(fmus, output: str, **values) -> System:
 def test_a_smooth_move_needs_ten_steps(fmus, output, kind, exact, noted, late):
     """4 s / 10 = 0.4 s: a step of 0.4 s is short enough, 0.5 s is not; whether the kind is given to the system or to the run."""
     system = move_into_plant(fmus, output, **({} if late else {"profile": kind}))
-    given = {"start_values": {"profile.profile": kind}} if late else {}
+    given = {"profile.profile": kind} if late else {}
 
     def told(step: float) -> list[str]:
-        return [n for n in system.simulate(8.0, step, exact=exact, **given).notes if n.startswith("a step of")]
+        return [n for n in system.simulate(8.0, step, exact=exact, start_values=given).notes if n.startswith("a step of")]
 
     assert told(0.4) == []
     words = "a step of 0.5 s is long for profile.duration = 4 s: it has 8 steps, and needs 10 (0.4 s)"

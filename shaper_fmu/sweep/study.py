@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -21,6 +23,9 @@ from shaper_fmu.sweep.variation import Vary
 
 RESERVED = ("id", "run", "case", "compared", "status", "reason", "seconds", "attempts")
 """Names that no metric can have: columns of the store, and of what is exported."""
+
+_LONGEST = 1e9
+"""Of a time limit [s]: what operating systems wait for is about nine times as long at most."""
 
 _MOST_COLUMNS = 1900
 """SQLite has 2000 at most."""
@@ -122,7 +127,7 @@ def read_study(path: Path | str) -> Study:
     try:
         study = msgspec.toml.decode(text, type=Study)
     except msgspec.DecodeError as error:
-        raise StudyError(f"{path}{_located(text, str(error))}") from None
+        raise StudyError(f"{path}{_located(text, str(error))}{_value_at(text, str(error))}") from None
     study.folder = str(path.parent)
     try:
         check_study(study)
@@ -145,6 +150,17 @@ def check_study(study: Study) -> None:
     for name, least in (("stop_hold", study.stop_hold >= 0.0), ("time_limit", study.time_limit is None or study.time_limit > 0.0)):
         if not least:
             raise StudyError(f"{name} = {getattr(study, name)} must be positive")
+    if study.time_limit is not None and study.time_limit > _LONGEST:
+        raise StudyError(f"time_limit = {study.time_limit} is more than {_LONGEST:g} s; leave it out for no limit")
+    if study.plan.seed < 0:
+        raise StudyError(f"plan.seed = {study.plan.seed} must not be negative")
+    for name in ("name", "system", "stop_when"):
+        told = getattr(study, name)
+        if told is not None and (not told.strip() or "\0" in told):
+            raise StudyError(f"{name} = {told!r} must be a text that is not empty, without NUL")
+    for name, measure in study.metrics.items():
+        if not measure.output.strip():
+            raise StudyError(f"metrics.{name}.output = {measure.output!r} must be the name of a variable")
     for name in study.metrics:
         if not re.fullmatch(r"[A-Za-z]\w*", name):
             raise StudyError(f"metric {name!r}: a metric's name has letters, digits and _ only, and begins with a letter")
@@ -190,6 +206,49 @@ def _located(text: str, words: str) -> str:
         keys = re.findall(r"[A-Za-z_]\w*", place[1])
         return f", line {_line_of(text, keys[-1])}: {words}" if keys else f": {words}"
     return f": {words}"
+
+
+def _value_at(text: str, words: str) -> str:
+    """The whole key that msgspec's message speaks of, whose names it leaves out, and the value; nothing for other errors."""
+    place = re.search(r"at `\$([^`]*)`", words)
+    if not place or "unknown field" in words:
+        return ""
+    root: Any = msgspec.toml.decode(text)
+    key, node, kept = "", root, (lambda inner: inner)
+    for part in re.findall(r"\[\.\.\.\]|\[\d+\]|[^.\[\]]+", place[1]):
+        if part == "[...]":
+            entries = node.items() if isinstance(node, dict) else enumerate(node)
+            found = next((name for name, one in entries if _says(kept(_alone(node, name, one)), words)), None)
+            if found is None:
+                return ""
+        else:
+            found = int(part[1:-1]) if part[0] == "[" else part
+            if found not in (node if isinstance(node, dict) else range(len(node))):
+                return ""
+        key += f"[{found}]" if isinstance(found, int) else f"{'.' if key else ''}{found}"
+        kept = _within(kept, node, found)
+        node = node[found]
+    return f"; {key} = {node!r:.80}"
+
+
+def _alone(node: Any, name: Any, one: Any) -> Any:
+    return {name: one} if isinstance(node, dict) else [one]
+
+
+def _within(kept: Callable[[Any], Any], node: Any, found: Any) -> Callable[[Any], Any]:
+    """The whole content as a function of the entry `found` of `node`."""
+    if isinstance(node, dict):
+        return lambda inner: kept({**node, found: inner})
+    return lambda inner: kept([inner])
+
+
+def _says(content: Any, words: str) -> bool:
+    """Whether msgspec says these words of the content."""
+    try:
+        msgspec.convert(content, Study)
+    except msgspec.ValidationError as error:
+        return str(error) == words
+    return False
 
 
 def _line_of(text: str, key: str) -> int:

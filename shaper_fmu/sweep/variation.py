@@ -62,9 +62,15 @@ class Vary(msgspec.Struct, forbid_unknown_fields=True):
             space = np.linspace if self.spacing == "linear" else np.geomspace
             if self.spacing == "log" and not 0.0 < self.low < self.high:
                 raise StudyError(f"log spacing needs 0 < low < high, not low = {self.low:g} and high = {self.high:g}")
-            chosen = [float(f"{value:.12g}") for value in space(self.low, self.high, self.points)]
+            with np.errstate(over="ignore", invalid="ignore"):  # told below
+                chosen = [float(f"{value:.12g}") for value in space(self.low, self.high, self.points)]
         else:
             raise StudyError("give values, or factors, or low and high with at least 2 points")
+        if not chosen:
+            raise StudyError(f"{'values' if self.values is not None else 'factors'} = [] must have at least one entry")
+        wrong = next((value for value in chosen if not isinstance(value, str) and not math.isfinite(value)), None)
+        if wrong is not None:
+            raise StudyError(f"a value of {wrong} is no finite number; low, high, factors and nominal are too large together")
         return chosen
 
     def quantiles(self, shares: np.ndarray) -> np.ndarray:
