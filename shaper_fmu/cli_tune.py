@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from shaper_fmu.cli_arguments import finite, input_file, number, output_folder, positive, wrong_usage
-from shaper_fmu.cli_paths import wrote
+from shaper_fmu.cli_paths import shown, wrote
 from shaper_fmu.console import err, out, show
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from shaper_fmu.tune.tuning import Tuning
 
 _TABLES = (".csv", ".parquet", ".tsv", ".txt")
+_OF_SHAPERS = (".fmu", ".ssv", ".ssp")
 
 
 def share(text: str, option: str | None = None) -> float:
@@ -106,7 +107,7 @@ def tune(
         shaper-fmu tune loop.ssp --input controller.reference --output chain.position_3 --max-delay 2
         shaper-fmu tune ringing.csv --input force --output position
     """
-    from shaper_fmu.tune.outputs import write_tuning
+    from shaper_fmu.tune.outputs import left_over, write_tuning
     from shaper_fmu.tune.tuning import wish_for
 
     spread = {name: share(text, "--vary") for name, text in _pairs(vary, "--vary", "mass=10%").items()}
@@ -134,7 +135,9 @@ def tune(
     written = write_tuning(found, target, report=report, say=_say)
     for path in written:
         if path.suffix != ".png":
-            wrote(path)
+            wrote(path, f" ({found.verdict.replace('_', ' ')})" if found.caveat and path.suffix in _OF_SHAPERS else "")
+    for path in left_over(found, target, written):
+        err.print(f"note: {shown(path)} is of an earlier tuning")
     if not found.good:
         raise typer.Exit(1)
 

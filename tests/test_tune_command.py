@@ -7,11 +7,13 @@ import json
 import math
 import subprocess
 import sys
+import zipfile
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import numpy as np
 import pytest
+from move_records import driven
 from test_tune_experiment import pid_loop, swinging, three_mass_loop
 from three_mass_loop import closed_loop, response
 
@@ -230,6 +232,32 @@ def test_a_measured_response(tmp_path):
     files = {path.name for path in (tmp_path / "ringing_tuned").iterdir()}
     assert {"InputShaper_ringing.fmu", "shaper.ssv", "report.html"} <= files
     assert "shaped_plant.ssp" not in files
+
+
+def test_a_shaper_that_is_not_proven_says_so_wherever_it_is_met(tmp_path):
+    """A rest, a sine's period of acceleration, the ringing, and nobody tells when it has ended: in the files, and where they are told."""
+    t = np.arange(0.0, 12.0, 0.02)
+    drive = np.where((t >= 1.0) & (t < 2.0), np.sin(2.0 * np.pi * t), 0.0)
+    x = np.real(driven(complex(-ZETA * W, W * math.sqrt(1.0 - ZETA**2)), drive, 0.02) * -1j)
+    np.savetxt(tmp_path / "move.csv", np.array([t, x]).T, "%.17g", ",", header="time,x", comments="")
+    done = tuned("move.csv", cwd=tmp_path)
+    folder = tmp_path / "move_tuned"
+    assert done.returncode == 1
+    assert "\nnot proven: nobody has told when" in done.stdout
+    told = {line.split("/")[-1] for line in done.stdout.splitlines() if line.startswith("wrote ")}
+    assert {"InputShaper_move.fmu (not proven)", "shaper.ssv (not proven)", "tuning.json"} <= told
+    with zipfile.ZipFile(folder / "InputShaper_move.fmu") as fmu:
+        assert 'description="NOT PROVEN: ' in fmu.read("modelDescription.xml").decode()
+    assert 'description="NOT PROVEN: ' in (folder / "shaper.ssv").read_text()
+    numbers = json.loads((folder / "tuning.json").read_text())
+    assert (numbers["verdict"], numbers["good"], numbers["caveat"][:12]) == ("not_proven", False, "NOT PROVEN: ")
+    page = (folder / "report.html").read_text()
+    assert page.count("nothing of it is proven") == 3
+    assert "proven over the ranges" not in page
+    again = tuned("move.csv", "--max-delay", "1e-3", "--no-report", cwd=tmp_path)
+    assert again.returncode == 1
+    assert "note: move_tuned/shaper.ssv is of an earlier tuning" in again.stderr
+    assert "note: move_tuned/InputShaper_move.fmu is of an earlier tuning" in again.stderr
 
 
 @pytest.mark.parametrize(

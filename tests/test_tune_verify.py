@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from shaper_fmu.errors import ComponentError, ModelError
 from shaper_fmu.tune.boxes import ModeBox, mode_boxes
 from shaper_fmu.tune.choice import Candidate, choose
 from shaper_fmu.tune.experiment_range import identify_plant
-from shaper_fmu.tune.verify import Verification, verify
+from shaper_fmu.tune.verify import Verification, _words, verify
 from shaper_fmu.tune.verify_command import Command
 from shaper_fmu.tune.wish import Move, Wish
 
@@ -98,6 +99,22 @@ def test_places_where_the_plant_cannot_be_run_are_told():
     assert "mass" in found.failed[0][1]
     assert not found.holds
     assert "At 1 other places the plant could not be run" in found.reason
+
+
+def test_the_words_never_say_more_than_the_verdict():
+    """All shares simulated are within the tolerance, but a place failed, or the communication step may matter by more than is left."""
+    failed = verified("zvd", {"mass": 1.0}, tolerance=1.5)
+    assert failed.worst.share < 1.5
+    assert not failed.holds
+    assert "150 % is not shown to hold" in failed.reason
+    seen = verified("zvd", {"mass": 0.1})
+    for change in (0.01, 0.03, 0.05):
+        coarse = replace(seen, step_change=change)
+        assert coarse.holds == (seen.worst.share + change <= 0.05)
+        words = _words(coarse, {"mass": 0.1})
+        assert f"5 % {'holds' if coarse.holds else 'is not shown to hold'}" in words
+        assert f"changes the nominal share by {100.0 * change:g} %" in words
+    assert not replace(seen, step_change=0.05).holds
 
 
 def test_outputs_that_drift_are_refused():

@@ -34,7 +34,7 @@ class {name}({base}):
 
 
 def with_start_values(
-    component: type[Component], values: Mapping[str, Any], name: str = "", without: Sequence[str] = ()
+    component: type[Component], values: Mapping[str, Any], name: str = "", without: Sequence[str] = (), note: str = ""
 ) -> type[Component]:
     """A component that differs from this one in start values of parameters and inputs, in what it shows, and in its name.
 
@@ -43,6 +43,7 @@ def with_start_values(
         values: by name ("profile", "natural_frequency[1]"): a value, its text, an item's name, or a sequence for an array.
         name: what it is called; default: the component's name and the values, as in MotionProfile_s_curve.
         without: outputs and other results that the FMU does not show, such as Booleans for clients that read numbers alone.
+        note: a sentence before its description.
 
     Raises ComponentError for an unknown name, a wrong value, or a name that no FMU can have.
     """
@@ -65,7 +66,7 @@ def with_start_values(
         module=component.__module__,
         base=component.__name__,
         name=name,
-        summary=f"{summary(component).rstrip('.')}; {said}.".replace("\\", "\\\\"),
+        summary=f"{note and f'{note}. '}{summary(component).rstrip('.')}; {said}.".replace("\\", "\\\\"),
         lines="\n".join(
             [f"    {v.name} = {component.__name__}.variables[{v.name!r}].starting_at({_written(changed, v)})" for v in other]
             + [f"    {label} = {component.__name__}.variables[{label!r}].hidden()" for label in dict.fromkeys(without)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from shaper_fmu.analysis.identification import CONTRADICTING
 from shaper_fmu.report.mode_report import impulses_table
 from shaper_fmu.report.page import Block, Heading, Table, Text
 from shaper_fmu.report.tune_choice import alternative_blocks, sensitivity_blocks, trade_off_blocks
@@ -21,10 +22,15 @@ VERDICTS: Mapping[Verdict, str] = {
     "no_vibration": "No shaper is needed: nothing vibrates.",
     "unstable": "No shaper can help: the plant is unstable.",
     "nothing_fits": "No shaper fits what was asked for. The one below comes nearest.",
-    "not_held": "The shaper below fits the identified modes, but on the plant it leaves more than was asked for.",
+    "not_held": "The shaper below fits the identified modes, but the plant does not show that what was asked for holds.",
     "not_proven": "Nothing is proven: what was found speaks against the modes, or against there being none.",
     "not_verified": "The shaper below fits the identified modes. It could not be tried on the plant.",
 }
+
+_OF_MODES = {"Sensitivity", "Trade-off", "Alternatives"}
+_IF = "All this is for the modes found, against which findings speak: nothing of it is proven."
+_PROVEN: tuple[Verdict, ...] = ("tuned", "proven", "nothing_fits")
+"""Verdicts that do not contradict a bound for the modes found."""
 
 
 def tuning_blocks(tuning: Tuning) -> list[Block]:
@@ -42,6 +48,9 @@ def tuning_blocks(tuning: Tuning) -> list[Block]:
     sections["Before and after"] = response_blocks(tuning, found.shown)
     if choice is not None:
         sections["Alternatives"] = alternative_blocks(choice)
+    if tuning.verdict == "not_proven":
+        for title in sections.keys() & _OF_MODES:
+            sections[title].insert(0, Text(_IF))
     sections["Verification"] = verification_blocks(tuning)
     return [block for title, blocks in sections.items() if blocks for block in (Heading(title), *blocks)]
 
@@ -66,7 +75,8 @@ def recommendation_blocks(tuning: Tuning) -> list[Block]:
 def summary_table(tuning: Tuning, choice: Choice) -> Table:
     """The shaper's numbers and what was asked for."""
     one, wish, seen = choice.nearest, choice.wish, tuning.verification
-    known = "proven" if tuning.verdict != "not_proven" else "if the modes were those found,"
+    against = any(one.code in CONTRADICTING for one in tuning.findings)
+    known = "proven" if tuning.verdict in _PROVEN and not against else "if the modes were those found,"
     rows = [
         ["shaper" if choice.recommended is not None else "shaper (nearest)", one.name],
         ["delay", f"{one.delay:.6g} s"],

@@ -106,6 +106,7 @@ def identify_measured(
     values = np.column_stack([table[name] for name in names])
     _check_times(t)
     findings: list[Finding] = []
+    start: int | None = 0
     first, note = _beginning(t, table[input] if input else None, excitation_end)
     findings += [Finding("input_constant", note)] if note else []
     grid, uniform, note = _uniform(t[first or 0 :], values[first or 0 :])
@@ -123,8 +124,8 @@ def identify_measured(
         end = float(excitation_end if excitation_end is not None else t[first - 1])
     found = identify(response, smallest_share=smallest_share)
     findings += found.findings
-    if first is not None:
-        findings += _unconfirmed(response, smallest_share, end)
+    if first is not None or not start:
+        findings += _unconfirmed(response, smallest_share, end, told=first is not None)
     return MeasuredIdentification(
         found, grid, uniform, tuple(names), tuple(known.get(name, "") for name in names), end, tuple(findings)
     )
@@ -187,7 +188,7 @@ def last_change(excitation: np.ndarray) -> int | None:
     return first if first else None
 
 
-def _unconfirmed(response: FreeResponse, smallest_share: float, end: float) -> list[Finding]:
+def _unconfirmed(response: FreeResponse, smallest_share: float, end: float, *, told: bool) -> list[Finding]:
     """A finding if later beginnings speak against a mode: then the response is not free yet, or its modes change."""
     mode = Beginnings(response, smallest_share).contradicted(0)
     if mode is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from shaper_fmu.archives import write_file
@@ -34,6 +35,7 @@ def write_tuning(tuning: Tuning, folder: Path | str, *, report: bool = True, say
 
     tuning.json and, with `report`, report.html and its pictures are always written; the shaper's FMU and shaper.ssv where
     there is a recommendation, shaped_plant.ssp where there is a plant, too, and an archive can hold it (else `say` tells why).
+    With a verdict that is not good each of these files begins its description with `Tuning.caveat`.
     Raises ShaperFmuError if something cannot be written.
     """
     folder = Path(folder)
@@ -47,6 +49,12 @@ def write_tuning(tuning: Tuning, folder: Path | str, *, report: bool = True, say
         say("writing the report")
         written += _write_report(tuning, folder)
     return written
+
+
+def left_over(tuning: Tuning, folder: Path, written: Sequence[Path]) -> list[Path]:
+    """Files of a shaper that an earlier tuning of the same plant has left in the folder, and this one has not written."""
+    names = (f"{_name(tuning)}.fmu", PARAMETERS, ARCHIVE)
+    return [path for path in (folder / name for name in names) if path.is_file() and path not in written]
 
 
 def shaped_system(tuning: Tuning) -> System:
@@ -80,6 +88,7 @@ def _write_shaper(tuning: Tuning, folder: Path, say: Say) -> list[Path]:
     numbers = parameter_set(alone, values, "tuned")
     for parameter in numbers.parameters:
         parameter.name = parameter.name.removeprefix(f"{SHAPER}.")
+    numbers.description = tuning.caveat or None
     written = [
         write_file(folder / source.name, source.read_bytes()),
         write_file(folder / PARAMETERS, write_parameter_set(numbers)),
@@ -99,12 +108,13 @@ def _write_system(tuning: Tuning, folder: Path) -> Path:
     fastest = 2.0 * math.pi / max(box.natural_frequency.nominal for box in boxes)
     step = rounded_step(fastest / _STEPS)
     stop_time = step * math.ceil((tuning.command.end + tuning.candidate.delay + _PERIODS * slowest) / step)
+    caveat = f"{tuning.caveat}. " if tuning.caveat else ""
     unshaped = write_parameter_set(parameter_set(system, {f"{SHAPER}.shaper": "none"}, "unshaped"))
     return system.to_ssp(
         folder / ARCHIVE,
         stop_time=stop_time,
         step=step,
-        description=f"{tuning.source} behind the shaper {tuning.candidate.name}; look at {', '.join(tuning.outputs)}.",
+        description=f"{caveat}{tuning.source} behind the shaper {tuning.candidate.name}; look at {', '.join(tuning.outputs)}.",
         more={"parameter_sets/unshaped.ssv": unshaped},
     )
 
@@ -114,9 +124,13 @@ def _shaper(tuning: Tuning) -> Path:
     assert tuning.candidate is not None
     component = find_component("InputShaper")
     if has_toolchain():
-        plant = re.sub(r"\W+", "_", Path(tuning.source).stem, flags=re.ASCII).strip("_")
-        component = with_start_values(component, tuning.candidate.start_values(), f"InputShaper_{plant or 'tuned'}")
+        component = with_start_values(component, tuning.candidate.start_values(), _name(tuning), note=tuning.caveat)
     return fmu_path(component)
+
+
+def _name(tuning: Tuning) -> str:
+    plant = re.sub(r"\W+", "_", Path(tuning.source).stem, flags=re.ASCII).strip("_")
+    return f"InputShaper_{plant or 'tuned'}"
 
 
 def _boxes(tuning: Tuning) -> tuple[ModeBox, ...]:

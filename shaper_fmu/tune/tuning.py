@@ -26,6 +26,13 @@ not_proven: findings speak against the modes that were found, or against there b
 GOOD: tuple[Verdict, ...] = ("tuned", "proven", "no_vibration")
 """Verdicts after which nothing more is to be done."""
 
+CAVEATS: Mapping[Verdict, str] = {
+    "not_proven": "NOT PROVEN: findings speak against the modes that this shaper is for",
+    "not_held": "NOT HELD: on the plant this shaper leaves more than was asked for, or could not be shown to keep it everywhere",
+    "not_verified": "NOT VERIFIED: this shaper could not be tried on the plant",
+}
+"""What every file of a shaper says of it, with verdicts that are not good."""
+
 AGAINST_NO_VIBRATION = (*CONTRADICTING, "nonlinear", "no_rest", "coupling", "failed", "modes_differ")
 """Findings of experiments with which nobody can say that a plant does not vibrate."""
 
@@ -82,6 +89,11 @@ class Tuning:
     def good(self) -> bool:
         """Whether nothing more is to be done."""
         return self.verdict in GOOD
+
+    @property
+    def caveat(self) -> str:
+        """What the files of the shaper say of it; "" with a verdict that is good, and where there is no shaper."""
+        return CAVEATS.get(self.verdict, "") if self.choice is not None and self.choice.recommended is not None else ""
 
 
 def wish_for(spread: Mapping[str, float], **wanted: Any) -> Wish:

@@ -49,6 +49,7 @@ def tuning_numbers(tuning: Tuning) -> dict[str, Any]:
         "verdict": tuning.verdict,
         "good": tuning.good,
         "words": tuning.words,
+        "caveat": tuning.caveat or None,
         "source": tuning.source,
         "input": tuning.input,
         "input_unit": tuning.input_unit,

@@ -17,6 +17,8 @@ from shaper_fmu.tune.tuning import Tuning, Verdict, wish_for
 from shaper_fmu.tune.verify_command import Command
 from shaper_fmu.tune.wish import Wish
 
+_UNSTABLE = ("unstable", "growth")
+
 
 def tune_measured(
     source: Path | str | Table, outputs: Sequence[str] | None = None, *, wish: Wish | None = None, **options: Any
@@ -38,7 +40,7 @@ def tune_measured(
     )  # fmt: skip
     against = [one for one in measured.findings if one.code in CONTRADICTING]
     told = "; ".join(one.text for one in against)
-    if any(one.code == "unstable" for one in against):
+    if against and all(one.code in _UNSTABLE for one in against):  # what speaks against a fit speaks against its unstable poles
         return replace(found, verdict="unstable", words=told)
     if not modes and against:
         return replace(found, verdict="not_proven", words=f"no mode was found, but {told}")

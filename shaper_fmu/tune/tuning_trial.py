@@ -57,7 +57,7 @@ def tried(found: Tuning, asked: Wish, source: Any, shaped: ShapedPlant, start_va
             f"a {command.name} of {command.amplitude:.5g}{unit} fails: {error}. Tell how large the commands are (amplitude); in "
             f"the experiments it was {found.plant.nominal.excitation.amplitude:.3g}{unit}",
         )
-    holds = seen.holds and seen.nominal.share <= asked.nominal_tolerance
+    nominally = seen.nominal.share + seen.uncertainty <= asked.nominal_tolerance
     cases = {"nominal": seen.nominal} | ({"worst": seen.worst} if seen.worst is not seen.nominal else {})
     responses = tuple(
         simulated_responses(shaped, settling, choice.nearest, choice.boxes, command, case, one.values, seen.step)
@@ -65,14 +65,23 @@ def tried(found: Tuning, asked: Wish, source: Any, shaped: ShapedPlant, start_va
     )
     designed = f"{percent(choice.wish.tolerance)} and nominally {percent(choice.wish.nominal_tolerance)}"
     closer = f". It is designed for {designed}, so that the plant keeps what is asked for" if choice.wish != asked else ""
-    words = f"{choice.reason}{closer}. On the plant: {seen.reason}"
-    verdict: Verdict = "tuned" if holds else "not_held"
+    verdict: Verdict = "tuned" if seen.holds and nominally else "not_held"
+    words = f"{_for_modes(verdict)}{choice.reason}{closer}. On the plant: {seen.reason}"
+    if not nominally:
+        hardly = "is not shown to hold" if seen.nominal.share <= asked.nominal_tolerance else "does not hold"
+        words += f". The nominal tolerance of {percent(asked.nominal_tolerance)} {hardly}"
     return replace(found, verdict=verdict, words=words, verification=seen, responses=responses)
 
 
 def _untried(found: Tuning, why: str) -> Tuning:
     assert found.choice is not None
-    return replace(found, verdict="not_verified", words=f"{found.choice.reason}. It could not be tried on the plant: {why}")
+    words = f"{_for_modes('not_verified')}{found.choice.reason}. It could not be tried on the plant: {why}"
+    return replace(found, verdict="not_verified", words=words)
+
+
+def _for_modes(verdict: Verdict) -> str:
+    """Before the choice's reason, where the plant does not bear it out."""
+    return "" if verdict == "tuned" else "for the modes found, "
 
 
 def tightened(found: Tuning, asked: Wish) -> Wish | None:
@@ -85,10 +94,11 @@ def tightened(found: Tuning, asked: Wish) -> Wish | None:
     assert found.verification is not None
     seen, candidate, wish = found.verification, found.choice.nearest, found.choice.wish
     tolerance, nominal = wish.tolerance, wish.nominal_tolerance
-    if seen.worst.share > asked.tolerance:
-        tolerance = min(tolerance, _CLOSER * asked.tolerance * candidate.worst_case / seen.worst.share)
-    if seen.nominal.share > asked.nominal_tolerance:
-        nominal = min(nominal, _CLOSER * asked.nominal_tolerance * candidate.nominal / seen.nominal.share)
+    worst, nominally = (one.share + seen.uncertainty for one in (seen.worst, seen.nominal))
+    if worst > asked.tolerance:
+        tolerance = min(tolerance, _CLOSER * asked.tolerance * candidate.worst_case / worst)
+    if nominally > asked.nominal_tolerance:
+        nominal = min(nominal, _CLOSER * asked.nominal_tolerance * candidate.nominal / nominally)
     if seen.failed or tolerance < _MOST_TIGHTENED * asked.tolerance or nominal < _MOST_TIGHTENED * asked.nominal_tolerance:
         return None
     return replace(wish, tolerance=tolerance, nominal_tolerance=nominal)
