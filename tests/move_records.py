@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy.signal import lfilter
@@ -28,7 +29,7 @@ class Record:
     table: Table
     poles: np.ndarray
     amplitudes: np.ndarray
-    options: dict[str, float | str] = field(default_factory=dict)
+    options: dict[str, Any] = field(default_factory=dict)
     traits: tuple[str, ...] = ()
 
 
@@ -52,7 +53,7 @@ def driven(pole: complex, u: np.ndarray, h: float) -> np.ndarray:
     second = (first - 1.0) / z  # of the integral of exp(pole (h - s)) s / h
     drive = np.zeros(len(u), complex)
     drive[1:] = h * ((first - second) * u[:-1] + second * u[1:])
-    return lfilter([1.0], [1.0, -grown], drive)
+    return np.asarray(lfilter([1.0], [1.0, -grown], drive))
 
 
 def lagged(u: np.ndarray, h: float, lag: float) -> np.ndarray:
@@ -126,7 +127,7 @@ def made(rng: np.random.Generator, told: str, start: str, kinds: Collection[str]
         size, free = np.ones((1, 1)), np.ones(1)
         peak = np.abs(stepped(w[0], zeta[0], u, h)[last:]).max()
         friction = w[0] ** 2 * peak * rng.uniform(0.01, 0.06) if "friction" in kinds else 0.0
-        cubic = rng.uniform(-0.3, 0.3) / peak**2 if "cubic" in kinds else 0.0
+        cubic = rng.uniform(0.05, 0.3) / peak**2 if "cubic" in kinds else 0.0
         y = stepped(w[0], zeta[0], u, h, friction, cubic)[:, None]
         a = np.abs(y[last:]).max()
         poles = poles[0].real + 1j * poles[0].imag * np.array([1.0, 1.0 + 0.375 * cubic * a * a])  # at small swings, at large ones
@@ -140,9 +141,10 @@ def made(rng: np.random.Generator, told: str, start: str, kinds: Collection[str]
     ]
     kept = t >= begin
     columns = {"time": t[kept], **{f"y{j + 1}": y[kept, j] for j in range(outputs)}}
-    options: dict[str, float | str] = {}
+    options: dict[str, Any] = {}
     if told == "input":
-        columns["command"], options = command[kept], {"input": "command"}
+        columns["command"] = command[kept]
+        options["input"] = "command"
     elif told != "no":
         off = {"end": 0.0, "late": 0.5 * period, "early": -duration * rng.uniform(0.1, 0.9)}[told]
         options = {"excitation_end": max(float(t[kept][0]), end + off)}
@@ -159,7 +161,7 @@ def _spoilt(
     if "drift" in kinds:
         y = y + peak * rng.uniform(0.2, 2.0) * (t / t[-1])[:, None]
     if "filtered" in kinds:
-        y = lfilter([0.25, 0.5, 0.25], [1.0], y, axis=0)
+        y = np.asarray(lfilter([0.25, 0.5, 0.25], [1.0], y, axis=0))
     y = y + noise * peak * rng.standard_normal(y.shape)
     if "clipped" in kinds:
         y = np.clip(y, -0.8 * peak, 0.8 * peak)

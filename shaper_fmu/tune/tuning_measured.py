@@ -7,10 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from shaper_fmu.analysis.identification import CONTRADICTING
+from shaper_fmu.analysis.identification import CONTRADICTING, Finding
 from shaper_fmu.tune.boxes import ModeBox
 from shaper_fmu.tune.choice import choose
+from shaper_fmu.tune.choice_words import percent
 from shaper_fmu.tune.experiment_range import ModeRange, Range
+from shaper_fmu.tune.hidden import hidden_share
 from shaper_fmu.tune.measured import identify_measured
 from shaper_fmu.tune.measured_table import Table
 from shaper_fmu.tune.tuning import Tuning, Verdict, wish_for
@@ -51,7 +53,14 @@ def tune_measured(
     boxes = [ModeBox.of_range(r, [float(a) for a in abs(m.residues[0])]) for r, m in zip(ranges, modes, strict=True)]
     choice = choose(boxes, wish)
     verdict: Verdict = "proven" if choice.recommended is not None else "nothing_fits"
-    if not against:
+    hidden = hidden_share(measured.identification)
+    if not against and hidden > wish.tolerance:
+        told = (
+            f"the noise may hide a mode of up to {percent(hidden)} of the vibration, more than the tolerance of "
+            f"{percent(wish.tolerance)}: excite more, measure with less noise or more samples, or name outputs that show more"
+        )
+        found = replace(found, findings=(*found.findings, Finding("hidden", told)))
+    elif not against:
         return replace(found, verdict=verdict, words=choice.reason, choice=choice)
     return replace(found, verdict="not_proven", words=f"{told}. If the modes were those found: {choice.reason}", choice=choice)
 
