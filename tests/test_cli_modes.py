@@ -38,7 +38,7 @@ def modes(tmp_path):
 
 def run(*arguments) -> tuple[int, str]:
     done = CliRunner().invoke(app, ["design", *map(str, arguments)])
-    return done.exit_code, done.output
+    return done.exit_code, re.sub(r"\x1b\[[0-9;]*m", "", done.output)  # FORCE_COLOR may be set
 
 
 def rows(output: str, title: str) -> list[list[str]]:

@@ -15,6 +15,13 @@ from shaper_fmu import console
 from shaper_fmu.progress import progress, runs_progress
 from shaper_fmu.report.page import Table
 
+
+@pytest.fixture(autouse=True)
+def a_capable_terminal(monkeypatch):
+    """Whatever the tests run in: rich takes a dumb terminal for 80 columns wide."""
+    monkeypatch.setenv("TERM", "xterm")
+
+
 NAMES = (":smile:", "[bold]x[/bold]", "[/]", "[red]", ":warning: [link=a]b")
 
 

@@ -33,6 +33,16 @@ STRUCTURAL = "structuralParameter"
 """Causality of FMI 3.0's parameters that are set in configuration mode, among them sizes of arrays."""
 
 
+def _new_folder(name: str) -> Path:
+    """Where an FMU is unpacked."""
+    try:
+        return Path(tempfile.mkdtemp(prefix="shaper-fmu-")).resolve()
+    except OSError as error:
+        raise ModelError(
+            [f"{name} cannot be unpacked: {error.strerror}; TMPDIR names another folder for temporary files"]
+        ) from error
+
+
 class Fmu:
     """An unpacked co-simulation FMU of FMI 2.0 or 3.0.
 
@@ -51,7 +61,7 @@ class Fmu:
 
     def __init__(self, name: str, content: bytes):
         self.name = name
-        self.folder = Path(tempfile.mkdtemp(prefix="shaper-fmu-")).resolve()
+        self.folder = _new_folder(name)
         weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
         _unpacked.add(self)
         extract_archive(content, name, self.folder)
