@@ -7,6 +7,10 @@ import math
 import pytest
 
 from shaper_fmu import System
+from shaper_fmu.errors import ModelError
+from shaper_fmu.master.batch import Batch, Plan
+from shaper_fmu.master.metrics import Final
+from shaper_fmu.master.simulation import Simulation
 
 W = math.pi  # a period of 2 s
 
@@ -87,3 +91,13 @@ def test_a_frequency_given_to_the_run_counts(fmus):
     system = move_into_plant(fmus, "position", profile="two_part")
     notes = system.simulate(8.0, 0.5, start_values={"profile.natural_frequency": 60.0}).notes
     assert any("profile.natural_frequency = 60 rad/s: it has 0.209 steps a period" in note for note in notes)
+
+
+def test_a_step_above_the_run_is_refused_at_every_door_of_the_master(fmus):
+    system, words = moved(fmus), "a step of 100 s does not fit into a run of 10 s; give a step of 10 s at most"
+    with pytest.raises(ModelError, match=words):
+        system.simulate(10.0, 100.0)
+    with Simulation(system) as simulation, pytest.raises(ModelError, match=words):
+        simulation.run(10.0, 100.0)
+    with pytest.raises(ModelError, match=words):
+        Batch(system, Plan(10.0, 100.0), {"end": Final("plant.position")}, [])
