@@ -52,7 +52,7 @@ def run_jobs(master: str, jobs: dict[str, Job], folder: Path) -> dict[str, Run]:
     environment = dict(os.environ)
     if master == "ecos":
         environment["LD_LIBRARY_PATH"] = ":".join(filter(None, [str(tbb_folder()), environment.get("LD_LIBRARY_PATH", "")]))
-    run = functools.partial(subprocess.run, command, capture_output=True, text=True, timeout=300, env=environment, cwd=folder)
+    run = functools.partial(subprocess.run, command, capture_output=True, text=True, timeout=900, env=environment, cwd=folder)
     done = run()
     if done.returncode < 0:  # ecos has ended by a signal once in some hundred runs, which did not come back
         print(f"{master} was ended by signal {-done.returncode}: {done.stdout}{done.stderr}")
@@ -162,7 +162,7 @@ def run_ecos_program(program: Path, job: Job, folder: Path) -> tuple[list[dict[s
         options.append("--scenarioConfig=inputs.xml")
     alone = {"LD_LIBRARY_PATH": str(tbb_folder()), "LD_DEBUG": "files", "LD_DEBUG_OUTPUT": str(folder / "opened")}
     command = [str(program), "simulate", *options]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, env=alone, cwd=folder)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=900, env=alone, cwd=folder)
     assert done.returncode == 0, done.stdout + done.stderr
     (written,) = folder.glob("*.csv")
     with written.open(newline="") as file:

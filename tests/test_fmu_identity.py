@@ -125,7 +125,7 @@ def alone_run(path) -> list[list[str]]:
     inputs = sum(v.causality == "input" for v in load_fmu(path).variables.values())
     stimuli = [[stimulus(i, place) for place in range(inputs)] for i in range(STEPS)]
     argument = json.dumps([str(path), PARAMETERS[path.stem], stimuli, STEP])
-    done = subprocess.run([sys.executable, "-c", ALONE, argument], capture_output=True, text=True, timeout=120, cwd=path.parent)
+    done = subprocess.run([sys.executable, "-c", ALONE, argument], capture_output=True, text=True, timeout=900, cwd=path.parent)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 

@@ -81,7 +81,7 @@ def members(session: int) -> list[int]:
 
 def wait_until_none(find: Callable[[], list[int]]) -> None:
     """The system takes a moment to end what was killed."""
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + 300.0
     while find() and time.monotonic() < deadline:
         time.sleep(0.02)
     assert find() == []
@@ -241,9 +241,9 @@ def test_a_crash_is_told_with_its_kind_the_time_the_fmus_and_the_last_words(harm
 @pytest.mark.parametrize(("harm", "at"), [("hang", "t = 0.5 s"), ("hang_in_initialization", "initialization")])
 def test_an_fmu_that_hangs_is_killed_after_the_time_limit(harmful, nothing_left, harm, at):
     told: list[float] = []
-    words = rf"^the isolated run ended at {at}: its process was killed after the time_limit of 1 s; FMUs: x \(harmful.fmu\)"
+    words = rf"^the isolated run ended at {at}: its process was killed after the time_limit of 5 s; FMUs: x \(harmful.fmu\)"
     with pytest.raises(SimulationError, match=words):
-        harmful_system(harmful, harm).simulate(STOP, STEP, isolate=True, time_limit=1.0, progress=told.append)
+        harmful_system(harmful, harm).simulate(STOP, STEP, isolate=True, time_limit=5.0, progress=told.append)
     assert told[-1:] == ([0.5] if harm == "hang" else [])
 
 
@@ -291,7 +291,7 @@ def test_the_child_does_not_outlive_the_caller(harmful, how):
         (session,) = processes(lambda _, fields: int(fields[1]) == process.pid)
         assert members(session) == [session]
         os.kill(process.pid, how)
-        out, errors = process.communicate(timeout=30)
+        out, errors = process.communicate(timeout=900)
     assert out == ("interrupted\n" if how == signal.SIGINT else "")
     assert "Traceback" not in errors
     wait_until_none(lambda: members(session))

@@ -27,7 +27,7 @@ def said(*arguments: str | Path, cwd: Path, code: int = 0) -> str:
     """What a command prints into pipes."""
     environment = {**os.environ, "COLUMNS": "40"}
     words = [sys.executable, "-c", MAIN, *map(str, arguments)]
-    done = subprocess.run(words, capture_output=True, text=True, encoding="utf-8", cwd=cwd, env=environment, timeout=300)
+    done = subprocess.run(words, capture_output=True, text=True, encoding="utf-8", cwd=cwd, env=environment, timeout=900)
     assert done.returncode == code, done.stdout + done.stderr
     return done.stdout + done.stderr
 

@@ -54,9 +54,9 @@ def wine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Run]:
     }
     drive = host_program("drive.c", "x86_64-windows")
     yield lambda script: subprocess.run(
-        [program, drive, script], env=environment, capture_output=True, text=True, check=False, timeout=300
+        [program, drive, script], env=environment, capture_output=True, text=True, check=False, timeout=900
     )
-    subprocess.run([server, "-w"], env=environment, check=False, timeout=120)
+    subprocess.run([server, "-w"], env=environment, check=False, timeout=900)
 
 
 @pytest.fixture(scope="session")
@@ -68,7 +68,7 @@ def arm() -> Run:
             "qemu-aarch64 with a C library is not installed (Debian: qemu-user, libc6-arm64-cross); it runs the ARM libraries here"
         )
     command = [str(program), "-L", str(ARM_SYSTEM), str(host_program("drive.c", "aarch64-linux"))]
-    return lambda script: subprocess.run([*command, script], capture_output=True, text=True, check=False, timeout=300)
+    return lambda script: subprocess.run([*command, script], capture_output=True, text=True, check=False, timeout=900)
 
 
 def here(script: Path) -> subprocess.CompletedProcess[str]:

@@ -92,5 +92,5 @@ def test_the_readmes_python_runs(fmus, tmp_path):
     assert len(blocks) == 2
     (tmp_path / "fmus").symlink_to(fmus)
     for block in blocks:
-        done = subprocess.run([sys.executable, "-c", block], capture_output=True, text=True, cwd=tmp_path, timeout=60)
+        done = subprocess.run([sys.executable, "-c", block], capture_output=True, text=True, cwd=tmp_path, timeout=900)
         assert done.returncode == 0, done.stderr

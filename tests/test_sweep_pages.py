@@ -134,7 +134,7 @@ def test_a_browser_draws_every_figure_without_complaint(pages, name, tmp_path):
     ]
     options += ["--virtual-time-budget=5000", f"--user-data-dir={tmp_path / 'profile'}"]
     environment = {**os.environ, "HOME": str(tmp_path)}
-    done = subprocess.run([str(CHROMIUM), *options, page.as_uri()], capture_output=True, text=True, timeout=120, env=environment)
+    done = subprocess.run([str(CHROMIUM), *options, page.as_uri()], capture_output=True, text=True, timeout=900, env=environment)
     assert done.returncode == 0, done.stderr
     assert [line for line in done.stderr.splitlines() if "CONSOLE" in line.upper()] == []
     drawn = Page()

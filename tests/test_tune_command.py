@@ -45,7 +45,7 @@ def tuned(*arguments: str | Path, cwd: Path) -> Done:
 def typed(*arguments: str | Path, cwd: Path) -> Done:
     """What it does as a user types it."""
     words = [sys.executable, "-c", "from shaper_fmu.cli import main; main()", "tune", *map(str, arguments)]
-    return subprocess.run(words, capture_output=True, text=True, cwd=cwd, timeout=300)
+    return subprocess.run(words, capture_output=True, text=True, cwd=cwd, timeout=900)
 
 
 def half_peak_to_peak(values: np.ndarray) -> float:
