@@ -144,7 +144,7 @@ BEHAVES_OTHERWISE = [
 ]
 
 
-def refused(component: type[Component], place: str, words: str) -> None:
+def assert_refused(component: type[Component], place: str, words: str) -> None:
     """The check names the line, with its text, and the compiler is not asked."""
     with pytest.raises(BuildError) as caught:
         check_kernels(component)
@@ -157,7 +157,7 @@ def refused(component: type[Component], place: str, words: str) -> None:
 
 @pytest.mark.parametrize(("body", "words"), NEEDS_PYTHON + BEHAVES_OTHERWISE)
 def test_what_a_kernel_may_not_use_is_named_with_its_line(tmp_path, body, words):
-    refused(*written(tmp_path, body), words)
+    assert_refused(*written(tmp_path, body), words)
 
 
 # the compiler knows base.time_tolerance once a kernel compiled in this process has used it by its name alone
@@ -188,7 +188,7 @@ def test_nothing_is_refused_that_would_compile(tmp_path, body):
     ],
 )  # fmt: skip
 def test_functions_that_a_kernel_calls_are_read_too(tmp_path, body, helpers, words):
-    refused(*written(tmp_path, body, helpers), words)
+    assert_refused(*written(tmp_path, body, helpers), words)
 
 
 def test_at_most_ten_findings_are_listed_and_the_rest_counted(tmp_path):
