@@ -51,7 +51,7 @@ def list_components(
     names: Annotated[list[str] | None, typer.Argument(help="Components to show with their variables.")] = None,
 ) -> None:
     """List the components; with names, their variables."""
-    from shaper_fmu.export.documentation import domain_text, start_text, type_text
+    from shaper_fmu.export.documentation import start_text, type_text
     from shaper_fmu.export.model_description import summary, visible_variables
     from shaper_fmu.registry import components, find_component
 
@@ -64,7 +64,7 @@ def list_components(
         rows = []
         for v in visible_variables(component):
             start = start_text(v) if v.causality in ("input", "parameter") else ""
-            rows.append([v.name, v.causality, type_text(v), v.unit, start, domain_text(v), v.description])
+            rows.append([v.name, v.causality, type_text(v), v.unit, start, v.domain, v.description])
         head = ["variable", "causality", "type", "unit", "start", "domain", "description"]
         show(Table(f"{name}: {summary(component)}", head, rows, words=True))
 

@@ -6,17 +6,19 @@ Parsers of numbers, and callbacks for files, which pass on what is right; the re
 from __future__ import annotations
 
 import importlib.util
+import inspect
 import math
 import os
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
 from shaper_fmu.cli_paths import absolute
+from shaper_fmu.component import Variable
 from shaper_fmu.errors import NoSolutionError, ShaperFmuError
 
 PAGE = (".html", ".htm")
@@ -98,6 +100,21 @@ finite = number("a finite number", math.isfinite)
 damping_ratio = number("0 <= zeta < 1", lambda x: 0.0 <= x < 1.0)
 share = number("between 0 and 1", lambda x: 0.0 < x < 1.0)
 index = number("at least 0", lambda n: n >= 0, int)
+
+
+def add_options(command: Callable[..., None], variables: Mapping[str, Variable]) -> None:
+    """Give a command that takes **parameters an option for each of these, with their descriptions and domains."""
+    signature = inspect.signature(command, eval_str=True)
+    kept = [parameter for parameter in signature.parameters.values() if parameter.kind is not inspect.Parameter.VAR_KEYWORD]
+    for name, variable in variables.items():
+        whole = variable.kind is int and variable.min is not None and variable.max is not None
+        words = f"{variable.min:g} to {variable.max:g}" if whole else variable.domain or "a finite number"
+        parser = number(words, lambda value, variable=variable: variable.problem("", value) is None, variable.kind)
+        option = typer.Option(help=f"{variable.description[:1].upper()}{variable.description[1:]}.", parser=parser)
+        annotation = Annotated[variable.kind, option]
+        kept.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=variable.start, annotation=annotation))
+    command.__signature__ = signature.replace(parameters=kept)  # pyright: ignore[reportFunctionMemberAccess]
+    command.__annotations__ = {parameter.name: parameter.annotation for parameter in kept}
 
 
 def _unreadable(path: Path) -> str | None:

@@ -12,11 +12,11 @@ from shaper_fmu import cli_arguments as check
 from shaper_fmu.cli_modes import design_for_modes, write_plot
 from shaper_fmu.console import out, show
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
-from shaper_fmu.design.shapers import shaper
+from shaper_fmu.design.shapers import OPTIONS, shaper
 from shaper_fmu.errors import ComponentError, nearest
+from shaper_fmu.kinds.shapers import Shaper
 from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind
 from shaper_fmu.report.page import Table
-from shaper_fmu.shapers.kinds import Shaper
 
 if TYPE_CHECKING:
     from shaper_fmu.design.pulse_sequence import PulseSequence
@@ -36,8 +36,7 @@ class _Wanted:
     frequencies: list[float]
     ratios: list[float]
     tolerance: float
-    negative_amplitude: float
-    equal_impulses: int
+    parameters: dict[str, float]
     low: float | None
     high: float | None
     damping: tuple[float, float] | None
@@ -73,13 +72,6 @@ def design(
     tolerance: Annotated[
         float, typer.Option(help="Tolerated residual vibration V: of EI, SI, the insensitivity.", parser=check.share)
     ] = 0.05,
-    negative_amplitude: Annotated[
-        float,
-        typer.Option(help="Size of the negative impulse of sna_zv.", parser=check.number("0 < b <= 1", lambda b: 0.0 < b <= 1.0)),
-    ] = 0.5,
-    equal_impulses: Annotated[
-        int, typer.Option(help="Number of impulses of miszv.", parser=check.number("2 to 16", lambda n: 2 <= n <= 16, int))
-    ] = 3,
     low: Annotated[
         float | None,
         typer.Option(help="Lowest natural frequency: that si tolerates, that V is proven from [rad/s].", parser=check.positive),
@@ -126,6 +118,7 @@ def design(
             callback=check.output_file(*check.PAGE, *check.PICTURE),
         ),
     ] = None,
+    **parameters: float,
 ) -> None:
     """Design a shaper, a profile or a pulse train: print its numbers and figures of merit, plot its sensitivity.
 
@@ -137,13 +130,12 @@ def design(
     if modes is not None:
         if natural_frequency or damping_ratio:
             raise typer.BadParameter("it takes the place of --natural-frequency and --damping-ratio", param_hint="--modes")
-        options = {"negative_amplitude": negative_amplitude, "equal_impulses": equal_impulses}
-        design_for_modes(modes, [kind, *(other or [])], tolerance, settling, plot, **options)
+        design_for_modes(modes, [kind, *(other or [])], tolerance, settling, plot, **parameters)
         return
     if other or settling:
         raise typer.BadParameter("this needs --modes", param_hint="--or" if other else "--settling")
     wanted = _Wanted(
-        kind, natural_frequency or [], damping_ratio or [0.0], tolerance, negative_amplitude, equal_impulses, low, high,
+        kind, natural_frequency or [], damping_ratio or [0.0], tolerance, parameters, low, high,
         damping_range, distance, duration, max_velocity, max_acceleration, frequency_ratio, minimum_pulse_width,
     )  # fmt: skip
     with check.wrong_usage():
@@ -155,6 +147,9 @@ def design(
         out.print(f"The figures of merit are for the first mode, {wanted.frequencies[0]:g} rad/s.")
     if plot:
         write_plot(plot, f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s", blocks)
+
+
+check.add_options(design, {name: variable for name, variable in OPTIONS.items() if name != "vibration_tolerance"})
 
 
 def _blocks(wanted: _Wanted) -> list[Block]:
@@ -218,8 +213,7 @@ def _sequence(wanted: _Wanted) -> ImpulseSequence:
         wanted.frequencies,
         ratios[0] if len(ratios) == 1 else ratios,
         vibration_tolerance=wanted.tolerance,
-        negative_amplitude=wanted.negative_amplitude,
-        equal_impulses=wanted.equal_impulses,
+        **wanted.parameters,
     )
 
 

@@ -169,6 +169,18 @@ class Variable:
         """Format of one element in the record: a C double or a C int."""
         return "d" if self.kind is float else "i"
 
+    @property
+    def domain(self) -> str:
+        """The values that it may have: "> 0", "0 <= . < 1", or the items of an enumeration; empty for all of them."""
+        if issubclass(self.kind, enum.IntEnum):
+            return ", ".join(f"{item.name} = {item.value}" for item in self.kind)
+        low, high = ("<" if self.exclusive in (True, side) else "<=" for side in ("min", "max"))
+        if self.min is not None and self.max is not None:
+            return f"{self.min:g} {low} . {high} {self.max:g}"
+        if self.min is not None:
+            return f"{low.replace('<', '>')} {self.min:g}"
+        return f"{high} {self.max:g}" if self.max is not None else ""
+
     def problem(self, label: str, value: Scalar) -> str | None:
         """What is wrong with `value` for the element named `label`, or None."""
         unit = f" {self.unit}" if self.unit else ""

@@ -9,8 +9,8 @@ import pytest
 from shaper_fmu.commands.input_shaper import InputShaper
 from shaper_fmu.component import Component, Input, Output, Parameter, State
 from shaper_fmu.errors import ComponentError
+from shaper_fmu.kinds.shapers import Shaper
 from shaper_fmu.plants.mass_spring_damper import MassSpringDamper
-from shaper_fmu.shapers.kinds import Shaper
 from shaper_fmu.units import parse_unit
 
 
@@ -45,7 +45,7 @@ def test_array_elements_are_scalars_in_fmi_2():
 def test_start_values_by_keyword_sequence_element_and_item_name():
     shaper = InputShaper(shaper="zvd", natural_frequency=[1.0, 2.0])
     shaper.set("natural_frequency[4]", 8)
-    assert shaper.shaper == Shaper.zvd
+    assert shaper.shaper == Shaper["zvd"]
     assert shaper.natural_frequency == [1.0, 2.0, 10.0, 8.0]
 
 

@@ -14,11 +14,11 @@ from shaper_fmu.design.pulses import carrier_pulses
 from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ModelError
 from shaper_fmu.export.build import build_fmu
+from shaper_fmu.kinds.shapers import Shaper
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
 from shaper_fmu.registry import load_components
-from shaper_fmu.shapers.kinds import Shaper
 
 W, ZETA = 10.3, 0.05  # no edge of these shapers falls on a grid of 1, 7 or 50 ms
 MECHANISMS = {"fmi2": (2, False), "fmi3 next_event_time": (3, False), "fmi3 event mode": (3, True)}

@@ -13,7 +13,7 @@ from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.export.compile import jit, record_of
-from shaper_fmu.shapers.kinds import Shaper
+from shaper_fmu.kinds.shapers import Shaper
 
 T = 2.0 * math.pi  # period of 1 rad/s
 

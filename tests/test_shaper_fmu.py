@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from shaper_fmu.component import NO_EVENT
 from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import SimulationError
+from shaper_fmu.kinds.shapers import Shaper
 from shaper_fmu.master.fmu import load_fmu
 from shaper_fmu.master.instance import Instance
-from shaper_fmu.shapers.kinds import Shaper
 
 SIZE = 3.0  # of the step
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from shaper_fmu.component import MEAN, NO_EVENT, Calculated, Input, Output, Parameter, State, time_tolerance
+from shaper_fmu.kinds.one_mode import design_mode
+from shaper_fmu.kinds.shapers import FURTHER_PARAMETERS, LIST, PARAMETERS, SOLVED_WITH, Shaper
+from shaper_fmu.methods.record import declare
 from shaper_fmu.shapers.convolution import convolve
-from shaper_fmu.shapers.kinds import Shaper, design_mode
 from shaper_fmu.shapers.sensitivity import insensitivity
 from shaper_fmu.shapers.workspace import DesignWorkspace
 
@@ -24,7 +26,7 @@ TOO_MANY_IMPULSES = 7
 
 
 class InputShaper(DesignWorkspace):
-    """Convolves any incoming command with a designed impulse sequence, so that flexible modes are not excited.
+    __doc__ = f"""Convolves any incoming command with a designed impulse sequence, so that flexible modes are not excited.
 
     shaped(t) = sum_i A_i command(t - t_i), with the impulses A_i, t_i of the chosen shaper for each shaped mode,
     convolved over the modes. The command is piecewise constant (held between communication points), and so is the
@@ -36,10 +38,13 @@ class InputShaper(DesignWorkspace):
     changed while running: what is under way completes as it was designed, changes of the command from then on are shaped
     by the new design, and the output does not jump.
 
-    Shapers: ZV (Smith 1958); ZVD, ZVDD, ZVDDD (Singer and Seering 1990); MZV; EI (Singhose, Seering and Singer 1994); two-
-    and three-hump EI, UM-ZV, UM-ZVD, UM-EI and SNA-ZV (Singhose et al. 1997); MISZV, equal impulses; and custom ones,
-    whose amplitudes must add up to 1 and are divided by their sum. Damped designs are solved, not fitted: `certificate`
-    is the largest residual of the equations that define them.
+    Shapers:
+
+    - none: the command itself;
+    {LIST};
+    - custom: impulses of your own, whose amplitudes must add up to 1 and are divided by their sum.
+
+    Damped designs are solved, not fitted: `certificate` is the largest residual of the equations that define them.
     """
 
     messages = {
@@ -48,8 +53,8 @@ class InputShaper(DesignWorkspace):
         CUSTOM_ORDER: "custom_delay must begin with 0 s and not decrease over the first {custom_impulses} elements",
         CUSTOM_SUM: "the first {custom_impulses} elements of custom_amplitude must add up to 1 within 1e-6, so that the "
         "command's final value is reached",
-        NO_SOLUTION: "no {shaper} shaper was found beyond the damping ratio {damping} (vibration_tolerance "
-        "{vibration_tolerance}, negative_amplitude {negative_amplitude}); choose another shaper or tolerance",
+        NO_SOLUTION: "no {shaper} shaper was found beyond the damping ratio {damping} "
+        f"({', '.join(f'{name} {{{name}}}' for name in SOLVED_WITH)}); choose another shaper or tolerance",
         TOO_MUCH_UNDER_WAY: f"at the change of frequency or damping more than {UNDER_WAY} jumps were under way; "
         "change it while the command rests, or use a larger communication step",
         TOO_MANY_IMPULSES: f"the {{modes}} modes convolved have more than {IMPULSES} impulses; choose a shaper with fewer of them",
@@ -79,10 +84,7 @@ class InputShaper(DesignWorkspace):
     vibration_tolerance = Parameter(
         0.05, "", "tolerated residual vibration V", min=0.0, max=1.0, exclusive=True, published=(1e-6, 0.999)
     )
-    negative_amplitude = Parameter(
-        0.5, "", "size of the negative impulse of sna_zv", min=0.0, max=1.0, exclusive="min", published=(1e-6, 1.0)
-    )
-    equal_impulses = Parameter(3, "", "number of impulses of miszv", min=2, max=MODE_IMPULSES)
+    declare(locals(), PARAMETERS)
     custom_impulses = Parameter(2, "", "number of impulses of the custom shaper", min=1, max=MODE_IMPULSES)
     custom_amplitude = Parameter([0.5, 0.5] + [0.0] * 14, "", "amplitudes of the custom shaper", size=MODE_IMPULSES)
     custom_delay = Parameter([0.0, 0.3] + [0.0] * 14, "s", "delays of the custom shaper", size=MODE_IMPULSES, min=0.0)
@@ -112,6 +114,7 @@ class InputShaper(DesignWorkspace):
     jump_size = State(size=UNDER_WAY)
     offset = State(0.0)  # what is still missing of former designs
     moved = State(False)  # whether an edge or a jump has been passed in this step
+    declare(locals(), FURTHER_PARAMETERS)
 
     def start(self):
         self.edge_value[0] = self.initial_command

@@ -83,9 +83,7 @@ def select_modes(
     tolerance: float = 0.05,
     *,
     objective: Objective = "duration",
-    vibration_tolerance: float = 0.05,
-    negative_amplitude: float = 0.5,
-    equal_impulses: int = 3,
+    **options: float,
 ) -> Selection:
     """The shortest shaper over any of the modes that leaves a residual rho <= `tolerance`.
 
@@ -94,7 +92,7 @@ def select_modes(
         kinds: a shaper for each selected mode, a name of `Shaper`; of several, each mode may use another one.
         tolerance: of rho, 0 < tolerance < 1.
         objective: "settling" minimises instead the time after which all outputs stay within `tolerance` of their final values.
-        vibration_tolerance, negative_amplitude, equal_impulses: of the shapers, see `shaper`.
+        options: vibration_tolerance and parameters of the shapers, see `shaper`.
 
     Equal to the best of all sets. With positive shapers, few sets are examined for the duration; else all of them are.
     Raises ComponentError for values outside their domain, and if more than `MOST_EXAMINED` sets (for the settling time:
@@ -104,9 +102,6 @@ def select_modes(
         raise ComponentError(f"tolerance = {tolerance} is outside its domain 0 < tolerance < 1")
     if objective not in ("duration", "settling"):
         raise ComponentError(f"there is no objective {objective!r}; use 'duration' or 'settling'")
-    options = {
-        "vibration_tolerance": vibration_tolerance, "negative_amplitude": negative_amplitude, "equal_impulses": equal_impulses
-    }  # fmt: skip
     search = _Search(response, distinct_kinds(kinds), options)
     if objective == "settling":
         return search.earliest_settling(tolerance)

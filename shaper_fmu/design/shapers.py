@@ -7,10 +7,25 @@ from typing import Any
 
 import numpy as np
 
+from shaper_fmu.component import Parameter, Variable
 from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
 from shaper_fmu.errors import ComponentError, NoSolutionError, nearest
-from shaper_fmu.shapers.kinds import Shaper, design_mode
+from shaper_fmu.kinds.one_mode import design_mode
+from shaper_fmu.kinds.shapers import FURTHER_PARAMETERS, PARAMETERS, SOLVED_WITH, Shaper
+from shaper_fmu.methods.record import declare
 from shaper_fmu.shapers.workspace import DesignWorkspace
+
+
+class _Workspace(DesignWorkspace):
+    """The record in which the kernels design for `shaper`, with the parameters of all methods."""
+
+    vibration_tolerance = Parameter(0.05, "", "tolerated V", min=0.0, max=1.0, exclusive=True)
+    declare(locals(), PARAMETERS)
+    declare(locals(), FURTHER_PARAMETERS)
+
+
+OPTIONS = {name: variable for name, variable in _Workspace.variables.items() if variable.causality == "parameter"}
+"""What `shaper` takes beside modes: the methods' own parameters and the tolerance, by name."""
 
 
 def shaper(
@@ -19,8 +34,7 @@ def shaper(
     damping_ratio: float | Sequence[float] = 0.0,
     *,
     vibration_tolerance: float = 0.05,
-    negative_amplitude: float = 0.5,
-    equal_impulses: int = 3,
+    **parameters: float,
 ) -> ImpulseSequence:
     """The impulses of a shaper, convolved over the modes if several are given.
 
@@ -29,8 +43,8 @@ def shaper(
         natural_frequency: undamped natural frequency of each mode [rad/s].
         damping_ratio: of each mode, or one for all; 0 <= zeta < 1.
         vibration_tolerance: tolerated V of the EI shapers, 0 < V < 1.
-        negative_amplitude: size of the negative impulse of sna_zv, 0 < b <= 1.
-        equal_impulses: number of impulses of miszv, 2 to 16.
+        parameters: those that the kinds declare: negative_amplitude, size of the negative impulse of sna_zv, 0 < b <= 1;
+            equal_impulses, number of impulses of miszv, 2 to 16.
 
     Raises ComponentError for a value outside its domain, and when no such shaper exists.
     """
@@ -41,29 +55,40 @@ def shaper(
         ratios = ratios * len(frequencies)
     if len(ratios) != len(frequencies):
         raise ComponentError(f"{len(ratios)} damping ratios for {len(frequencies)} natural frequencies")
-    _check("vibration_tolerance", vibration_tolerance, 0.0 < vibration_tolerance < 1.0, "0 < V < 1")
-    _check("negative_amplitude", negative_amplitude, 0.0 < negative_amplitude <= 1.0, "0 < b <= 1")
-    _check("equal_impulses", equal_impulses, isinstance(equal_impulses, int) and 2 <= equal_impulses <= 16, "2 to 16")
+    given = _options({"vibration_tolerance": vibration_tolerance, **parameters})
     sequences: list[ImpulseSequence] = []
     for w, zeta in zip(frequencies, ratios, strict=True):
         _check("natural_frequency", w, 0.0 < w < float("inf"), "> 0 rad/s")
         _check("damping_ratio", zeta, 0.0 <= zeta < 1.0, "0 <= zeta < 1")
         if chosen == Shaper.none:
             continue
-        workspace: Any = DesignWorkspace()
-        workspace.vibration_tolerance = vibration_tolerance
-        workspace.negative_amplitude = negative_amplitude
-        workspace.equal_impulses = equal_impulses
+        workspace: Any = _Workspace(**given)
         count = design_mode(workspace, chosen, zeta)
         if count == 0:
             reached = f"the damping ratio {zeta:g}, only up to {workspace.damping:.4g}"
-            options = f"vibration_tolerance {vibration_tolerance:g}, negative_amplitude {negative_amplitude:g}"
+            options = ", ".join(f"{name} {getattr(workspace, name):g}" for name in SOLVED_WITH)
             raise NoSolutionError(
                 f"no {chosen.name} shaper was found for {reached} ({options}); choose another shaper or tolerance"
             )
         delays = tuple(t / w for t in workspace.factor_delay[:count])
         sequences.append(ImpulseSequence(tuple(workspace.factor_amplitude[:count]), delays, workspace.certificate_left))
     return convolve_all(sequences)
+
+
+def _options(given: dict[str, float]) -> dict[str, float]:
+    """The values given of `OPTIONS`. Raises ComponentError for an unknown name and a value outside its domain."""
+    for name, value in given.items():
+        if name not in OPTIONS:
+            raise ComponentError(f"a shaper has no parameter {name!r}.{nearest(name, OPTIONS)}")
+        variable = OPTIONS[name]
+        _check(name, value, _is_of(variable, value), variable.domain)
+    return given
+
+
+def _is_of(variable: Variable, value: Any) -> bool:
+    if not isinstance(value, int | float) or (variable.kind is int and value != int(value)):
+        return False
+    return variable.problem("", value) is None
 
 
 def _numbers(name: str, value: Any) -> list[float]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import importlib
 import importlib.util
 import sys
 from pathlib import Path
@@ -31,8 +32,11 @@ def packed_sources(component: type[Component]) -> tuple[str, dict[str, str]]:
     while pending:
         module = pending.pop()
         if module not in sources:
+            made = _made_source(module)
+            if made is not None:
+                packages |= _roots(made)
             file = source_file(component) if module == component.__module__ else _source_file(module)
-            sources[module] = _text(file)
+            sources[module] = _text(file) if made is None else made
             pending += _imported(module, sources[module], packages)
     digest = hashlib.sha256(repr((component.__name__, sorted(sources.items()))).encode()).hexdigest()[:16]
     root = f"shaper_fmu_{digest}"
@@ -43,6 +47,17 @@ def packed_sources(component: type[Component]) -> tuple[str, dict[str, str]]:
             files["/".join([root, *parts[:depth], "__init__.py"])] = ""
         files["/".join([root, *parts]) + ".py"] = _rerooted(module, source, packages, root)
     return root, dict(sorted(files.items()))
+
+
+def _made_source(module: str) -> str | None:
+    """The source of a module that was made from methods when it was imported (see shaper_fmu/methods); None for any other."""
+    return getattr(importlib.import_module(module), "PACKED_SOURCE", None) if module.startswith("shaper_fmu.kinds.") else None
+
+
+def _roots(made: str) -> set[str]:
+    """The packages of the methods that a module was made from."""
+    imported = {_target("", node).split(".")[0] for node in _import_statements(made) if isinstance(node, ast.ImportFrom)}
+    return imported - set(sys.stdlib_module_names)
 
 
 def source_file(component: type[Component]) -> Path:

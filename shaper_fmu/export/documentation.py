@@ -78,18 +78,6 @@ _TITLES = {
 }
 
 
-def domain_text(variable: Variable) -> str:
-    """The values that a variable may have: "> 0", "0 <= . < 1", or the items of an enumeration."""
-    if issubclass(variable.kind, enum.IntEnum):
-        return ", ".join(f"{item.name} = {item.value}" for item in variable.kind)
-    low, high = ("<" if variable.exclusive in (True, side) else "<=" for side in ("min", "max"))
-    if variable.min is not None and variable.max is not None:
-        return f"{variable.min:g} {low} . {high} {variable.max:g}"
-    if variable.min is not None:
-        return f"{low.replace('<', '>')} {variable.min:g}"
-    return f"{high} {variable.max:g}" if variable.max is not None else ""
-
-
 def start_text(variable: Variable) -> str:
     """The start value, shortened where an array repeats one value."""
     shown = [
@@ -114,7 +102,7 @@ def documentation_page(component: type[Component]) -> str:
     for causality, title in _TITLES.items():
         rows = [
             {
-                "name": v.name, "type": type_text(v), "unit": v.unit, "domain": domain_text(v),
+                "name": v.name, "type": type_text(v), "unit": v.unit, "domain": v.domain,
                 "description": _with_names(escape(v.description)),
                 "start": start_text(v) if causality in ("input", "parameter") else "",
             }

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 from shaper_fmu.shapers.conditions import hump_at, rising, zero_at
+from shaper_fmu.shapers.method import ShaperMethod
 from shaper_fmu.shapers.newton import follow_damping
 
 
@@ -111,3 +112,47 @@ def _equations(m, x, f):
             row = zero_at(f, row, m.factor_amplitude, m.factor_delay, count, m.damping, ratio)
         else:
             row = hump_at(f, row, m.factor_amplitude, m.factor_delay, count, m.damping, ratio, m.vibration_tolerance)
+
+
+def _one_hump(m, damping_ratio):
+    return extra_insensitive(m, 1, damping_ratio)
+
+
+def _two_humps(m, damping_ratio):
+    return extra_insensitive(m, 2, damping_ratio)
+
+
+def _three_humps(m, damping_ratio):
+    return extra_insensitive(m, 3, damping_ratio)
+
+
+EI = ShaperMethod(
+    name="ei",
+    number=7,
+    title="EI",
+    impulses=_one_hump,
+    solved=True,
+    tolerant=True,
+    summary="extra-insensitive: V at the design frequency is the tolerance, zeros beside it",
+    paper="Singhose, Seering and Singer 1994",
+)
+TWO_HUMP_EI = ShaperMethod(
+    name="two_hump_ei",
+    number=8,
+    title="two-hump EI",
+    impulses=_two_humps,
+    solved=True,
+    tolerant=True,
+    summary="extra-insensitive with two maxima at the tolerance",
+    paper="Singhose, Porter, Tuttle and Singer 1997",
+)
+THREE_HUMP_EI = ShaperMethod(
+    name="three_hump_ei",
+    number=9,
+    title="three-hump EI",
+    impulses=_three_humps,
+    solved=True,
+    tolerant=True,
+    summary="extra-insensitive with three maxima at the tolerance",
+    paper="Singhose, Porter, Tuttle and Singer 1997",
+)

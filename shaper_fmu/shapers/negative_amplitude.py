@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import math
 
+from shaper_fmu.component import Parameter
 from shaper_fmu.shapers.conditions import rising, zero_at
+from shaper_fmu.shapers.method import ShaperMethod
 from shaper_fmu.shapers.newton import follow_damping
 
 
@@ -39,3 +41,17 @@ def _unpack(m, x):
 def _equations(m, x, f):
     _unpack(m, x)
     zero_at(f, 0, m.factor_amplitude, m.factor_delay, 3, m.damping, 1.0)
+
+
+_AMPLITUDE = Parameter(0.5, "", "size of the negative impulse of sna_zv", min=0.0, max=1.0, exclusive="min", published=(1e-6, 1.0))
+SNA_ZV = ShaperMethod(
+    name="sna_zv",
+    number=12,
+    title="SNA-ZV",
+    impulses=specified_negative_amplitude,
+    solved=True,
+    negative=True,
+    parameters={"negative_amplitude": _AMPLITUDE},
+    summary="(a, -b, a) with a specified negative amplitude b",
+    paper="Singhose, Singer and Seering 1997",
+)

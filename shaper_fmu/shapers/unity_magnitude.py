@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from shaper_fmu.shapers.conditions import flat_zero_at, hump_at, rising, zero_at
+from shaper_fmu.shapers.method import ShaperMethod
 from shaper_fmu.shapers.newton import follow_damping, newton
 
 _UM_ZVD = (0.56242398, 2.30111484, 4.03980571, 4.60222969)  # rad: a guess, improved to the last bit
@@ -116,3 +117,37 @@ def _ei_equations(m, x, f):
     row = zero_at(f, 0, m.factor_amplitude, m.factor_delay, 5, m.damping, x[4])
     row = hump_at(f, row, m.factor_amplitude, m.factor_delay, 5, m.damping, 1.0, m.vibration_tolerance)
     zero_at(f, row, m.factor_amplitude, m.factor_delay, 5, m.damping, x[5])
+
+
+_PAPER = "Singhose, Singer and Seering 1997"
+UM_ZV = ShaperMethod(
+    name="um_zv",
+    number=10,
+    title="UM-ZV",
+    impulses=unity_magnitude_zv,
+    solved=True,
+    negative=True,
+    summary="impulses 1, -1, 1 without vibration, for actuators that are on or off",
+    paper=_PAPER,
+)
+UM_ZVD = ShaperMethod(
+    name="um_zvd",
+    number=11,
+    title="UM-ZVD",
+    impulses=unity_magnitude_zvd,
+    solved=True,
+    negative=True,
+    summary="impulses 1, -1, 1, -1, 1 with a zero derivative",
+    paper=_PAPER,
+)
+UM_EI = ShaperMethod(
+    name="um_ei",
+    number=14,
+    title="UM-EI",
+    impulses=unity_magnitude_ei,
+    solved=True,
+    negative=True,
+    tolerant=True,
+    summary="impulses 1, -1, 1, -1, 1 with V at the tolerance, zeros beside it",
+    paper=_PAPER,
+)

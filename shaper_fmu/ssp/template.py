@@ -9,10 +9,10 @@ from pathlib import Path
 from shaper_fmu.design.shapers import shaper as design
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
 from shaper_fmu.export.build import fmu_path
+from shaper_fmu.kinds.shapers import Shaper
 from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.system import System
 from shaper_fmu.master.variables import TRANSFERABLE, kind_of
-from shaper_fmu.shapers.kinds import Shaper
 from shaper_fmu.ssp.export import parameter_set
 from shaper_fmu.ssp.write import write_parameter_set
 

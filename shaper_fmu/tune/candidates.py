@@ -12,6 +12,7 @@ from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
 from shaper_fmu.design.shapers import shaper
 from shaper_fmu.design.two_mode import direct_two_mode
 from shaper_fmu.errors import ComponentError
+from shaper_fmu.kinds.shapers import SHAPERS
 from shaper_fmu.tune.bounds import proven
 from shaper_fmu.tune.boxes import ModeBox, shares
 from shaper_fmu.tune.candidate_bands import ROOM, specified
@@ -22,14 +23,15 @@ MOST_MODES = 4
 MOST_CUSTOM = 16
 """Impulses of a custom shaper in an InputShaper."""
 
-_HUMPS = ("ei", "two_hump_ei", "three_hump_ei", "um_ei")
 _ATTEMPTS = 3
-_WORDS = {"two_hump_ei": "two-hump EI", "three_hump_ei": "three-hump EI", "direct_zv": "direct ZV", "direct_zvd": "direct ZVD"}
+_OFFLINE_WORDS = {"si": "SI", "direct_zv": "direct ZV", "direct_zvd": "direct ZVD"}
 
 
 def words(kind: str) -> str:
     """The usual name of a kind of shaper or profile."""
-    return _WORDS.get(kind) or (kind.upper().replace("_", "-") if kind in (*POSITIVE, *NEGATIVE, "si") else kind.replace("_", " "))
+    if kind in SHAPERS:
+        return SHAPERS[kind].words
+    return _OFFLINE_WORDS.get(kind) or kind.replace("_", " ")
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ class Design:
     def by_kind(self) -> bool:
         """Whether an InputShaper designs it itself: one kind, mode by mode, with one tolerance."""
         kinds = {(factor.kind, factor.tolerance) for factor in self.factors}
-        return len(kinds) <= 1 and all(factor.kind in (*POSITIVE, *NEGATIVE) for factor in self.factors)
+        return len(kinds) <= 1 and all(factor.kind in SHAPERS for factor in self.factors)
 
     def start_values(self) -> dict[str, Any]:
         """Start values of an InputShaper that make it this shaper. Raises ComponentError for too many custom impulses."""
@@ -210,7 +212,7 @@ def _of_kind(found: Designs, kind: str, boxes: Sequence[ModeBox], modes: Sequenc
     """This kind for each of the modes, with the same tolerance for all of them."""
     tolerance = wanted * (1.0 - ROOM)
     factors = []
-    if kind in _HUMPS:
+    if SHAPERS[kind].tolerant:
         tolerance = min((_hump_tolerance(kind, boxes[k], way.places[k], way.tolerance, wanted) for k in modes), default=tolerance)
     for k in modes:
         w, zeta = way.places[k]

@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 
 from shaper_fmu.errors import ComponentError, nearest
+from shaper_fmu.kinds.shapers import SHAPERS
 from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind
-from shaper_fmu.shapers.kinds import Shaper
 
-NEGATIVE = ("um_zv", "um_zvd", "um_ei", "sna_zv")
+NEGATIVE = tuple(name for name, method in SHAPERS.items() if method.negative)
 """Shapers with negative impulses: the actuator must follow jumps that are larger than the command's."""
-POSITIVE = tuple(item.name for item in Shaper if item.name not in (*NEGATIVE, "none", "custom"))
+POSITIVE = tuple(name for name, method in SHAPERS.items() if not method.negative)
 OFFLINE = ("si", "direct_zv", "direct_zvd")
 PROFILES = tuple(item.name for item in ProfileKind if item is not ProfileKind.step)
 KNOWN = (*POSITIVE, *NEGATIVE, *OFFLINE, *PROFILES)

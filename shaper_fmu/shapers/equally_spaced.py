@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import math
 
+from shaper_fmu.component import Parameter
+from shaper_fmu.shapers.method import ShaperMethod
+
 
 def modified_zv(m, damping_ratio):
     """MZV for 1 rad/s into m.factor_amplitude, m.factor_delay; returns 3."""
@@ -17,11 +20,11 @@ def modified_zv(m, damping_ratio):
     return _equally_spaced(m, 3, 0.375, damping_ratio)
 
 
-def equal_impulses(m, count, damping_ratio):
-    """MISZV with `count` >= 2 impulses for 1 rad/s; returns their number."""
-    for i in range(count):
+def equal_impulses(m, damping_ratio):
+    """MISZV with m.equal_impulses >= 2 impulses for 1 rad/s; returns their number."""
+    for i in range(m.equal_impulses):
         m.factor_amplitude[i] = 1.0
-    return _equally_spaced(m, count, 1.0 / count, damping_ratio)
+    return _equally_spaced(m, m.equal_impulses, 1.0 / m.equal_impulses, damping_ratio)
 
 
 def _equally_spaced(m, count, spacing, damping_ratio):
@@ -38,3 +41,14 @@ def _equally_spaced(m, count, spacing, damping_ratio):
     for i in range(count):
         m.factor_amplitude[i] /= total
     return count
+
+
+MZV = ShaperMethod(name="mzv", number=6, title="MZV", impulses=modified_zv, summary="three impulses, 3/8 of a period apart")
+MISZV = ShaperMethod(
+    name="miszv",
+    number=15,
+    title="MISZV",
+    impulses=equal_impulses,
+    parameters={"equal_impulses": Parameter(3, "", "number of impulses of miszv", min=2, max=16)},
+    summary="n equal impulses, 1/n of a period apart",
+)

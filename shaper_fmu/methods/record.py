@@ -1,0 +1,62 @@
+"""What a method tells about itself, whatever it is a method of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from shaper_fmu.component import Variable
+from shaper_fmu.errors import ComponentError
+
+FIRST_FOREIGN = 100
+"""Numbers below belong to shaper-fmu's own methods, so that those to come take none of another package's."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method:
+    """Base of the records.
+
+    Attributes:
+        name: in the enumeration, as users write it.
+        number: in the enumeration; it is in people's files and never changes. Other packages begin with 100.
+        summary: what it is, in a line: for the documentation's tables and the FMU's page.
+        paper: where it comes from, such as "Smith 1958".
+        title: its usual name, "ZVD"; without one, the name without underscores.
+        parameters: parameters of its own, by name, which become the component's.
+    """
+
+    name: str
+    number: int
+    summary: str
+    paper: str = ""
+    title: str = ""
+    parameters: Mapping[str, Variable] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, variable in self.parameters.items():
+            if (
+                variable.causality != "parameter"
+                or variable.size is not None
+                or variable.kind not in (float, int)
+                or variable.tunable
+            ):
+                raise ComponentError(f"{self.name}: {name} must be a Parameter: a single number, real or whole, and not tunable")
+
+    @property
+    def words(self) -> str:
+        """Its usual name."""
+        return self.title or self.name.replace("_", " ")
+
+    @property
+    def item(self) -> str:
+        """An item of a list: name, summary and paper."""
+        return f"- {self.name}: {self.summary}" + (f" ({self.paper})" if self.paper else "")
+
+
+def declare(body: dict[str, Any], parameters: Mapping[str, Variable]) -> None:
+    """Declare methods' parameters among the variables in the body of a component's class, `body` = locals()."""
+    for name, variable in parameters.items():
+        if name in body:
+            raise ComponentError(f"{body['__qualname__']} has a variable {name!r}; a method's parameter needs another name")
+        body[name] = variable
