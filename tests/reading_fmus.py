@@ -11,7 +11,7 @@ import fmpy
 import numpy as np
 from faulty_fmus import library
 
-TIME_CONSTANT = 0.5  # as in reading.h
+TIME_CONSTANT, LOWEST, HIGHEST = 0.5, -1.0, 5.0  # as in reading.h
 READABLE = '<DirectFeedthrough outputsBetweenSetAndStep="true"/>'
 VARIABLES = [  # in the order of the value references
     ("u", "Real", "input", ""), ("x", "Real", "output", ""), ("through", "Real", "output", "u"), ("load", "Real", "local", ""),
@@ -73,11 +73,14 @@ def _start(causality: str) -> str:
 
 
 @lru_cache
-def lag_fmu(version: int, *, declared: bool = True, annotation: str = "", event_mode: bool = False) -> Path:
-    """The FMU; with its dependencies `declared` or not, with an `annotation` of this name that it may be read, with event mode."""
+def lag_fmu(version: int, *, declared: bool = True, annotation: str = "", event_mode: bool = False, bounded: bool = False) -> Path:
+    """The FMU; with its dependencies `declared` or not, with an `annotation` of this name that it may be read, with event mode, with
+    bounds of u."""
     made = library(f"reading{version}")
-    path = made.with_name(f"lag_{version}_{declared}_{annotation}_{event_mode}.fmu")
+    path = made.with_name(f"lag_{version}_{declared}_{annotation}_{event_mode}_{bounded}.fmu")
     text = _description3(declared, annotation, event_mode) if version == 3 else _description2(declared, annotation)
+    if bounded:  # u is the first that has a start value
+        text = text.replace(' start="0"', f' min="{LOWEST}" max="{HIGHEST}" start="0"', 1)
     folder = fmpy.platform_tuple if version == 3 else fmpy.platform
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("modelDescription.xml", text)

@@ -9,11 +9,13 @@ import zipfile
 from pathlib import Path
 
 import fmpy
+import numpy as np
 import pytest
 from faulty_fmus import library
 
 from shaper_fmu import Simulation, System
-from shaper_fmu.errors import ModelError
+from shaper_fmu.errors import ModelError, SimulationError
+from shaper_fmu.master.algorithms import ALGORITHMS
 from shaper_fmu.master.batch import Batch, Plan
 from shaper_fmu.master.fmu import fmu_problems, load_fmu
 from shaper_fmu.master.metrics import Final
@@ -213,20 +215,62 @@ def test_a_start_value_of_the_fmu_that_is_no_item_is_its_own_affair(tmp_path):
     assert fmu_problems(path) == ["the start value 0 of 'mode' (line 9) is no item of its enumeration"]
 
 
-def test_an_integer_whose_values_are_not_known_is_noted_where_it_feeds_an_enumeration(sized, tmp_path):
-    """Its least and its largest value are looked at where they are told; else numbers that are no item cannot be seen before."""
-    integer = '<Int64 name="mode_out" valueReference="6" causality="output"{}/>'
-    enumeration = '<Enumeration name="mode_out" declaredType="Mode" valueReference="6" causality="output"/>'
-    for bounds, refused in (("", False), (' min="1" max="2"', False), (' min="1" max="3"', True)):
-        other = packed(tmp_path / f"i{len(bounds)}{refused}.fmu", DESCRIPTION.replace(enumeration, integer.format(bounds)))
-        system = System()
-        system.add("x", sized)
-        system.add("y", other)
-        if refused:
-            with pytest.raises(ModelError, match=r"y\.mode_out -> x\.mode: 3 is no item of the enumeration"):
-                system.connect_raw("y.mode_out", "x.mode")
-            continue
-        system.connect_raw("y.mode_out", "x.mode")
-        notes = [note for note in system.simulate(0.2, 0.1).notes if "enumeration" in note]
-        told = "x.mode is an enumeration, but y.mode_out an integer: numbers that are no item reach the FMU unseen"
-        assert notes == ([] if bounds else [told])
+MODES = DESCRIPTION[DESCRIPTION.index("<Enumeration name") : DESCRIPTION.index('<Float64 name="time"')]
+INTEGERS = MODES.replace("Enumeration", "Int64").replace('declaredType="Mode" ', "")
+NO_ITEM = (
+    r": the value for input mode is {}, from y\.mode_out, which is no item of the enumeration: slow \(1\), fast \(2\), park \(7\)"
+)
+
+
+def fed_by_an_integer(path: Path, sized: Path, bounds: str = "", mapping: dict[int, int] | None = None) -> System:
+    """x.mode is an enumeration, y.mode_out an integer and what y.mode is."""
+    system = System()
+    system.add("x", sized)
+    system.add("y", packed(path, DESCRIPTION.replace(MODES, INTEGERS.replace('"output"', f'"output"{bounds}'))))
+    system.connect_raw("y.mode_out", "x.mode", mapping=mapping)
+    return system
+
+
+def test_an_integer_that_feeds_an_enumeration_is_known_by_its_bounds(sized, tmp_path):
+    for bounds in ("", ' min="1" max="2"'):
+        system = fed_by_an_integer(tmp_path / f"{len(bounds)}.fmu", sized, bounds)
+        assert [note for note in system.simulate(0.2, 0.1).notes if "enumeration" in note] == []
+        assert last(system)["mode_out"] == 2.0
+    with pytest.raises(ModelError, match=r"y\.mode_out -> x\.mode: 3 is no item of the enumeration"):
+        fed_by_an_integer(tmp_path / "y.fmu", sized, ' min="1" max="3"')
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize(("mapping", "wrong"), [(None, 3), ({3: 7, 4: 1}, 5), (None, -1), (None, 2**40)])
+def test_a_number_that_is_no_item_ends_the_run(algorithm, mapping, wrong, sized, tmp_path):
+    """It comes out of y at t = 0.3 s; until then all are items, the mapping's among them."""
+    system = fed_by_an_integer(tmp_path / "y.fmu", sized, mapping=mapping)
+    first = [3, 4, 2] if mapping else [7, 1, 2]
+    system.drive("y.mode", (np.arange(4) * 0.1, np.array([*first, wrong], float)))
+    options = {"algorithm": algorithm, "record": ["x.mode_out", "y.mode_out"]}
+    found = system.simulate(0.2, 0.1, **options)
+    assert set(found["x.mode_out"]) <= {1.0, 2.0, 7.0}
+    for more in ({}, {"isolate": True}):
+        with pytest.raises(SimulationError, match=r"x at t = 0\.[34]\d* s" + NO_ITEM.format(wrong)):
+            system.simulate(0.5, 0.1, **options, **more)
+
+
+def test_a_number_that_is_no_item_at_initialization_ends_the_run_of_a_batch_too(sized, tmp_path):
+    system = fed_by_an_integer(tmp_path / "y.fmu", sized)
+    with pytest.raises(SimulationError, match=r"x at initialization" + NO_ITEM.format(3)):
+        Simulation(system).run(0.2, 0.1, start_values={"y.mode": 3})
+    with Batch(system, Plan(0.2, 0.1), {"end": Final("x.mode_out")}, ["y.mode"]) as batch:
+        assert batch.run({"y.mode": 7.0}) == {"end": 7.0}
+        with pytest.raises(SimulationError, match=NO_ITEM.format(3)):
+            batch.run({"y.mode": 3.0})
+
+
+def test_an_enumeration_that_breaks_its_own_items_ends_the_run(sized):
+    """y's own start value is no item either: what it is told is not what it does."""
+    system = System()
+    for name in ("x", "y"):
+        system.add(name, sized)
+    system.connect("y.mode_out", "x.mode")
+    system.start_values["y"]["mode"] = 3  # no public way leads here: it stands for an FMU with a fault
+    with pytest.raises(SimulationError, match=NO_ITEM.format(3)):
+        system.simulate(0.2, 0.1)

@@ -9,7 +9,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from reading_fmus import lag_fmu, lagged
+from reading_fmus import HIGHEST, LOWEST, lag_fmu, lagged
 
 from shaper_fmu import System
 from shaper_fmu.errors import SimulationError
@@ -22,7 +22,7 @@ from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import read_study
 
 STEP = 0.125
-FIXED_STEP, STEP_MODE = 2, 3  # as `strict`, see fmus/reading.h
+FIXED_STEP, STEP_MODE, BOUNDS = 2, 3, 4  # as `strict`, see fmus/reading.h
 TIMES = np.arange(9) * STEP
 KINDS = [(2, False), (3, False), (3, True)]
 """FMI version, and whether with event mode."""
@@ -164,6 +164,36 @@ def test_a_solver_that_gets_its_inputs_in_step_mode_alone(source, algorithm):
     for u, h in ((1.0, 0.3), (5.0, 0.41), (-1.0, 0.29)):
         end = lagged(np.array([u]), h, end)[-1]
     assert x[-1] == pytest.approx(end if source == "off the grid" else lagged(1.0 + TIMES[:-1], STEP)[-1], rel=1e-13)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("interpolation", ["hold", "linear"])
+@pytest.mark.parametrize("times", [(0.25, 0.5, 0.875), (0.3, 0.71, 0.72), (0.3, 0.5, 0.71)], ids=["on the grid", "off it", "both"])
+def test_an_input_jumps_from_bound_to_bound(times, interpolation, kind, algorithm):
+    """The FMU refuses every value outside of its bounds, and takes a jump from what is set in Step Mode alone: so no master may
+    come to a jump by values beyond it."""
+    values = [LOWEST, HIGHEST, LOWEST, HIGHEST]
+    rows = [[0.0, LOWEST]]
+    for t, before, after in zip(times, values[:-1], values[1:], strict=True):
+        rows += [[t, before], [t, after]] if interpolation == "linear" else [[t, after]]
+    system = System()
+    system.add("lag", lag_fmu(kind[0], event_mode=kind[1], bounded=True), strict=BOUNDS)
+    system.drive("lag.u", np.array(rows), interpolation=interpolation)
+    found = system.simulate(1.0, STEP, algorithm=algorithm)["lag.x"][-1]
+    x = 0.0
+    for u, h in zip(values, np.diff([0.0, *times, 1.0]), strict=True):
+        x = lagged(np.array([u]), h, x)[-1]
+    assert found == pytest.approx(x, rel=1e-13)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_that_solver_does_refuse_values_beyond_its_bounds(kind):
+    system = System()
+    system.add("lag", lag_fmu(kind[0], event_mode=kind[1], bounded=True), strict=BOUNDS)
+    system.drive("lag.u", np.array([[0.0, HIGHEST], [0.3, np.nextafter(HIGHEST, 6.0)]]))
+    with pytest.raises(SimulationError, match=r"lag at t = 0\.3 s: fmi.Set(Real|Float64) failed: .*bounds"):
+        system.simulate(1.0, STEP)
 
 
 def count(t: float) -> int:

@@ -14,6 +14,7 @@ from shaper_fmu.errors import SimulationError
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.instance import Instance, moment
 from shaper_fmu.master.program import Program
+from shaper_fmu.master.variables import items_of, shown_items
 from shaper_fmu.master.wiring import Port
 
 _DISCARD = 2
@@ -41,14 +42,18 @@ def fault_error(program: Program, instances: Mapping[str, Instance], control: An
         if function == "fmi2DoStep" and control.fault_status == _DISCARD and _has_terminated(instance):
             return SimulationError(f"{name}{moment(when)}: {function} asked to end the simulation{_said(instance)}")
         return instance.failure(function, int(control.fault_status), when)
-    if fault in (of.NOT_FINITE, of.NOT_IN_RANGE):
+    if fault in (of.NOT_FINITE, of.NOT_IN_RANGE, of.NO_ITEM):
         element = int(control.fault_element)
-        value = program.layout.bus[program.sources[where][element]]
-        words = (
-            "" if fault == of.NOT_FINITE else f", which does not fit into its type {instance.fmu.variables[elements[element]].type}"
+        input_, value = elements[element], program.layout.bus[program.sources[where][element]]
+        variable = instance.fmu.variables[input_]
+        words = {
+            of.NOT_IN_RANGE: f", which does not fit into its type {variable.type}",
+            of.NO_ITEM: f", which is no item of the enumeration: {shown_items(items_of(variable))}",
+        }.get(fault, "")
+        shown = f"{value:.0f}" if fault == of.NO_ITEM else f"{value}"
+        return SimulationError(
+            f"{name}{moment(when)}: the value for input {input_} is {shown}{_source(program, name, input_)}{words}"
         )
-        source = _source(program, name, elements[element])
-        return SimulationError(f"{name}{moment(when)}: the value for input {elements[element]} is {value}{source}{words}")
     if fault == of.EARLY_RETURN:
         advice = f". Use it without event mode: system.use_event_mode({name!r}, False)" if instance.event_mode else ""
         return SimulationError(

@@ -53,7 +53,8 @@ ELEMENT = np.dtype(
         ("gain", "f8"),
         ("shift", "f8"),
         ("mapping", "u8"),  # address of pairs: a value, and what it becomes
-        ("mapped", "u8"),  # their number
+        ("mapped", "u4"),  # their number
+        ("closed", "u4"),  # whether a value that is not among them is a fault: no item of an enumeration
     ],
     align=True,
 )
@@ -226,8 +227,8 @@ EXTREMES, ENVELOPE, OUTSIDE, SQUARE = range(4)
 SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED = range(14)
 
 # Faults.
-NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE = range(7)
-BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = range(7, 11)  # of a clock, whose number is the element
+NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE, NO_ITEM = range(8)
+BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = range(8, 12)  # of a clock, whose number is the element
 
 NO_EVENT = 1e300
 

@@ -11,7 +11,7 @@ from shaper_fmu.master.events import Treatment
 from shaper_fmu.master.fmu import event_output
 from shaper_fmu.master.loops import loop_text
 from shaper_fmu.master.system import System
-from shaper_fmu.master.variables import TRANSFERABLE, items_of, kind_of, possible_values
+from shaper_fmu.master.variables import TRANSFERABLE, kind_of
 from shaper_fmu.master.wiring import Loop, Port
 
 _LONGEST = 200
@@ -81,8 +81,8 @@ def _listed(words: list[str], most: int = 4) -> str:
 
 
 def system_notes(system: System) -> tuple[str, ...]:
-    """Notes on FMUs whose descriptions have findings, on all open inputs, and on enumerations that integers feed."""
-    return (*_description_notes(system), *_open_input_notes(system), *_item_notes(system))
+    """Notes on FMUs whose descriptions have findings, and on all open inputs."""
+    return (*_description_notes(system), *_open_input_notes(system))
 
 
 def _description_notes(system: System) -> list[str]:
@@ -110,13 +110,3 @@ def _open_input_notes(system: System) -> list[str]:
     if not names:
         return []
     return [f"nothing feeds {_listed(names)}: left at the FMU's own start value"]
-
-
-def _item_notes(system: System) -> list[str]:
-    notes = []
-    for target, source in system.connections.items():
-        one, other = (system.fmus[port[0]].variables[port[1]] for port in (source, target))
-        if kind_of(one) == "integer" and items_of(other) and not possible_values(one):
-            words = f"{'.'.join(target)} is an enumeration, but {'.'.join(source)} an integer"
-            notes.append(f"{words}: numbers that are no item reach the FMU unseen")
-    return notes

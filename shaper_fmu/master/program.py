@@ -18,7 +18,7 @@ from shaper_fmu.master.operations import Operations
 from shaper_fmu.master.signals import Table
 from shaper_fmu.master.system import System
 from shaper_fmu.master.transfer_writer import Operation, TransferWriter
-from shaper_fmu.master.variables import kind_of
+from shaper_fmu.master.variables import items_of, kind_of
 from shaper_fmu.master.wiring import Port
 
 
@@ -64,7 +64,8 @@ class Program:
         self.linear_inputs = linear_inputs(instances, connections) if linear else []
         for port in self.linear_inputs:
             self._places[("held", *connections[port])] = len(self._places)
-        self._writer = TransferWriter(instances, {name: i for i, name in enumerate(self.names)}, system.scalings, system.mappings)
+        numbers = {name: i for i, name in enumerate(self.names)}
+        self._writer = TransferWriter(instances, numbers, system.scalings, system.mappings, _items_of_inputs(system))
         self.signals = [
             (self._places[("signal", *port)], signal) for port, signal in system.signals.items() if not isinstance(signal, Table)
         ]
@@ -146,10 +147,10 @@ class Program:
         transfers["references"] = transfers["references"] * 4 + np.uint64(references.ctypes.data)
         bus, elements = np.zeros(max(1, len(self._places))), np.zeros(max(1, len(writer.places)), of.ELEMENT)
         transfers["elements"] = transfers["elements"] * of.ELEMENT.itemsize + np.uint64(elements.ctypes.data)
-        mappings = np.array([pair for mapping in writer.mappings for pair in mapping.items()] or [(0, 0)], float)
+        mappings = np.array([pair for mapping, _ in writer.mappings for pair in mapping.items()] or [(0, 0)], float)
         mapped = 0
-        for i, (place, scaling, pairs) in enumerate(zip(writer.places, writer.scalings, writer.mappings, strict=True)):
-            elements[i] = (bus.ctypes.data + 8 * place, *scaling, mappings.ctypes.data + 16 * mapped, len(pairs))
+        for i, (place, scaling, (pairs, closed)) in enumerate(zip(writer.places, writer.scalings, writer.mappings, strict=True)):
+            elements[i] = (bus.ctypes.data + 8 * place, *scaling, mappings.ctypes.data + 16 * mapped, len(pairs), closed)
             mapped += len(pairs)
         self.sources = writer.grouped
         for i, instance in enumerate(self.instances.values()):
@@ -188,6 +189,16 @@ class Program:
             clock_guards=self.clocks.guards(),
             clock_numbers=self.clocks.listed(),
         )
+
+
+def _items_of_inputs(system: System) -> dict[Port, dict[int, int]]:
+    """For connected enumerations what each number becomes: an item. An integer may give any number, and so may a faulty FMU."""
+    found: dict[Port, dict[int, int]] = {}
+    for name, variable in system.connections:
+        items = items_of(system.fmus[name].variables[variable]).values()
+        if items:
+            found[name, variable] = {**{number: number for number in items}, **system.mappings.get((name, variable), {})}
+    return found
 
 
 def _event_ports(system: System) -> list[Port]:

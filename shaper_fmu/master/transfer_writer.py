@@ -34,13 +34,14 @@ class TransferWriter:
     numbers: dict[str, int]
     scaled: Mapping[Port, tuple[float, float]]
     mapped: Mapping[Port, Mapping[int, int]]
+    closed: Mapping[Port, Mapping[int, int]]  # the same, of inputs that take no other values
     transfers: list[tuple[Any, ...]] = field(default_factory=list)
     labels: list[tuple[str, str, list[str]]] = field(default_factory=list)  # instance, function and elements of each transfer
     references: list[int] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
     grouped: list[list[int]] = field(default_factory=list)  # the places of each transfer
     scalings: list[tuple[float, float]] = field(default_factory=list)  # of the elements, as they are set
-    mappings: list[Mapping[int, int]] = field(default_factory=list)  # of the elements, too
+    mappings: list[tuple[Mapping[int, int], bool]] = field(default_factory=list)  # of the elements, and whether they are closed
     size: int = 0
 
     def transfer(
@@ -80,11 +81,14 @@ class TransferWriter:
         self.grouped.append([place(element) for element in elements])
         self.places += self.grouped[-1]
         self.scalings += [self.scaled.get((name, element), (1.0, 0.0)) for element in elements]
-        self.mappings += [self.mapped.get((name, element), {}) for element in elements]
+        self.mappings += [self._mapping((name, element)) for element in elements]
         self.size += of.SIZES[kind] * len(elements)
         straight = version == 2 and kind == of.F8 and calling
         code = (of.SET2 if straight else of.SET) if verb == "Set" else (of.GET2 if straight else of.GET)
         return code, len(self.transfers) - 1
+
+    def _mapping(self, port: Port) -> tuple[Mapping[int, int], bool]:
+        return (self.closed[port], True) if port in self.closed else (self.mapped.get(port, {}), False)
 
     def kept(self, sets: Sequence[Operation], place: Callable[[str], int | None]) -> list[Operation]:
         """Operations that bring what these transfers have set to the bus, without a call; `place` tells where, None for nowhere."""
@@ -100,6 +104,6 @@ class TransferWriter:
                     self.grouped.append([where])
                     self.places.append(where)
                     self.scalings.append((1.0, 0.0))
-                    self.mappings.append({})
+                    self.mappings.append(({}, False))
                     operations.append((of.KEEP, len(self.transfers) - 1))
         return operations

@@ -180,13 +180,13 @@ def _scaled(element):
 
 @inlined
 def _mapped(element, value):
-    """What a value of a boolean, an integer or an enumeration becomes."""
+    """What a value of a boolean, an integer or an enumeration becomes; not a number for one that is no item."""
     at = read_u8(element + np.uintp(24))
-    for _ in range(read_u8(element + np.uintp(32))):
+    for _ in range(read_u4(element + np.uintp(32))):
         if read_f8(at) == value:
             return read_f8(at + np.uintp(8))
         at += np.uintp(16)
-    return value
+    return value if read_u4(element + np.uintp(36)) == 0 else math.nan
 
 
 @compiled
@@ -196,9 +196,10 @@ def set_values(transfers, control, number, t):
     size = np.uintp(_size(transfer.kind))
     at, e = transfer.values, transfer.elements
     for i in range(transfer.element_count):
-        value = _mapped(e, _scaled(e))
+        given = _scaled(e)
+        value = _mapped(e, given)
         if not math.isfinite(value):
-            return fail(control, of.NOT_FINITE, 0, number, np.int64(i), t)
+            return fail(control, of.NO_ITEM if math.isfinite(given) else of.NOT_FINITE, 0, number, np.int64(i), t)
         if not _put(transfer.kind, at, value):
             return fail(control, of.NOT_IN_RANGE, 0, number, np.int64(i), t)
         at += size

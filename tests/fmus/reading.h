@@ -2,7 +2,8 @@
    FMI allows no reading between the setting of an input and the step. Who does it all the same gets an error (`strict` = 1), or
    finds that the next step goes nowhere (`strict` = 0), as solvers of other tools are disturbed by it, without a word.
    With `strict` = 2 it refuses steps that are not as long as its first one, to the bit. With `strict` = 3 the solver gets a value of
-   u where it is set in Step Mode and differs from what it was set to before, as Dymola 2023x does it. */
+   u where it is set in Step Mode and differs from what it was set to before, as Dymola 2023x does it. With `strict` = 4 it also refuses a u
+   outside of its bounds, whenever it is set. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -10,6 +11,8 @@
 
 #define EXPORT __attribute__((visibility("default")))
 #define TIME_CONSTANT 0.5
+#define LOWEST -1.0
+#define HIGHEST 5.0
 
 enum { U, X, THROUGH, LOAD, COUNT_IN, COUNT_OUT, STRICT, CLOCK, SIZE }; /* value references; CLOCK is FMI 3.0's time */
 
@@ -31,11 +34,14 @@ static void evaluate(Lag *self) {
     v[COUNT_OUT] = v[COUNT_IN] + self->steps;
 }
 
-static void set(Lag *self, unsigned reference, double value) {
+/* 0 if the value is refused. */
+static int set(Lag *self, unsigned reference, double value) {
+    if (reference == U && self->value[STRICT] == 4.0 && !(value >= LOWEST && value <= HIGHEST))
+        return 0;
     if (reference == U && self->stepping && value != self->value[U])
         self->solver_u = value;
     self->value[reference] = value;
-    self->set = 1;
+    return self->set = 1;
 }
 
 static void initialized(Lag *self) { self->stepping = !self->event_mode, self->set = 0, self->solver_u = self->value[U]; }
@@ -66,7 +72,7 @@ static int step(Lag *self, double h) {
     if (v[STRICT] == 2.0 && h != self->first_step)
         return 0;
     if (!self->disturbed) {
-        double u = v[STRICT] == 3.0 ? self->solver_u : v[U];
+        double u = v[STRICT] >= 3.0 ? self->solver_u : v[U];
         v[X] = u + (v[X] - u) * exp(-h / TIME_CONSTANT);
         self->steps += 1.0;
     }

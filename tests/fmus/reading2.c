@@ -8,7 +8,7 @@
 static const fmi2CallbackFunctions *callbacks;
 
 static fmi2Status refused(void) {
-    callbacks->logger(callbacks->componentEnvironment, "lag", fmi2Error, "logStatus", "read between set and step");
+    callbacks->logger(callbacks->componentEnvironment, "lag", fmi2Error, "logStatus", "read between set and step, or out of bounds");
     return fmi2Error;
 }
 
@@ -48,13 +48,15 @@ EXPORT fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[],
 
 EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[]) {
     for (size_t i = 0; i < n; i++)
-        set(c, vr[i], values[i]);
+        if (!set(c, vr[i], values[i]))
+            return refused();
     return fmi2OK;
 }
 
 EXPORT fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer values[]) {
     for (size_t i = 0; i < n; i++)
-        set(c, vr[i], values[i]);
+        if (!set(c, vr[i], values[i]))
+            return refused();
     return fmi2OK;
 }
 

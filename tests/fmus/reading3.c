@@ -51,8 +51,8 @@ EXPORT fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, f
         for (size_t i = 0; i < n; i++)                                                                                            \
             if (vr[i] == COUNT_IN && ((Lag *)c)->event_mode && ((Lag *)c)->stepping)                                              \
                 return log_message(NULL, fmi3Error, "logStatus", "discrete input set in Step Mode"), fmi3Error;                   \
-            else                                                                                                                  \
-                set(c, vr[i], values[i]);                                                                                             \
+            else if (!set(c, vr[i], values[i]))                                                                                   \
+                return log_message(NULL, fmi3Error, "logStatus", "u is out of its bounds"), fmi3Error;                            \
         return fmi3OK;                                                                                                            \
     }
 TRANSFER(Float64)
