@@ -19,7 +19,8 @@ def check(
 ) -> None:
     """Check FMUs and SSP archives; print every problem, one a line, with file and line.
 
-    Of an archive: the standard's schemas, and names, types, units, sources, parameters and loops, which they do not see.
+    Of an archive: the standard's schemas, and names, types, units, sources, parameters and loops, which they do not see;
+    what begins with "note:" does not keep it from being run.
     """
     found = False
     for file in files:
@@ -33,13 +34,14 @@ def check(
 def _problems(file: Path, portable: bool) -> list[str]:
     from shaper_fmu.errors import ModelError, ShaperFmuError
     from shaper_fmu.master.fmu import fmu_problems
-    from shaper_fmu.ssp.check import check_ssp
+    from shaper_fmu.ssp.check import ssp_findings
     from shaper_fmu.ssp.portable import portable_problems
 
     try:
         if file.suffix.lower() != ".ssp":
             return fmu_problems(file)
-        return check_ssp(file) + (portable_problems(file) if portable else [])
+        told = [f"{'' if finding.stops else 'note: '}{finding}" for finding in ssp_findings(file)]
+        return told + (portable_problems(file) if portable else [])
     except ModelError as error:
         return error.problems
     except ShaperFmuError as error:

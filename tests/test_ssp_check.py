@@ -52,7 +52,9 @@ def test_the_command_prints_every_finding_and_exits_with_one(right, tmp_path):
     done = command("check", "right.ssp", "wrong.ssp", "empty.ssp", cwd=tmp_path)
     *lines, empty = done.stdout.splitlines()
     assert (done.returncode, done.stderr) == (1, "")
-    assert lines == [f"wrong.ssp: {finding}" for finding in expected(WRONG[name], files)]
+    notes = ("", "note: ")  # a declared type is the FMU's business, and a value that nothing takes is ignored
+    stops = ("comand" in one or "soon" in one for one in expected(WRONG[name], files))
+    assert lines == [f"wrong.ssp: {notes[not stop]}{one}" for stop, one in zip(stops, expected(WRONG[name], files), strict=True)]
     assert empty.startswith("empty.ssp: empty.ssp: not a readable archive")
     again = command("check", "right.ssp", cwd=tmp_path)
     assert (again.returncode, again.stdout, again.stderr) == (0, "", "")

@@ -177,19 +177,22 @@ def test_a_connection_may_keep_units_as_they_are(load):
 
 def test_units_that_do_not_convert_are_refused(load):
     root = system("", component("profile", PROFILE) + component("plant", PLANT), connection("profile.position", "plant.force"))
-    with pytest.raises(ModelError, match=r"line 3: profile.position is in m but plant.force in N; they cannot be connected"):
+    with pytest.raises(ModelError, match=r"line 3: profile.position -> plant.force: unit m does not convert to N"):
         load(root)
 
 
 def test_an_input_has_one_source(load):
     twice = connection("train.pulse", "plant.force") * 2
-    with pytest.raises(ModelError, match=r"plant.force is already driven by train.pulse \(line 3\)"):
+    with pytest.raises(ModelError, match=r"plant.force is driven twice: by train.pulse, and by train.pulse in line 3"):
         load(system("", component("train", PULSE) + component("plant", PLANT), twice))
 
 
 def test_two_outputs_cannot_be_connected(load):
     root = system("", component("train", PULSE) + component("plant", PLANT), connection("train.pulse", "plant.position"))
-    with pytest.raises(ModelError, match=r"train\.pulse and plant\.position are both outputs here, so nothing flows between them"):
+    with pytest.raises(
+        ModelError,
+        match=r"train\.pulse -> plant\.position: an output of an element and an output of an element cannot be connected",
+    ):
         load(root)
 
 
@@ -217,7 +220,7 @@ def test_units_prefixes_and_mappings(load):
     assert mass_of(load(root + system("", component("plant", PLANT)))) == 2.0 * 2500.0 + 1.0
     root = bindings(binding("mass Real 2500 g", prefix="plant."))
     assert mass_of(load(root + system("", component("plant", PLANT)))) == 2.5
-    with pytest.raises(ModelError, match=r"plant\.mass is given in mm, but the FMU's unit is kg"):
+    with pytest.raises(ModelError, match=r"parameter plant\.mass -> plant\.mass: unit mm does not convert to kg"):
         load(bindings(binding("plant.mass Real 1 mm")) + system("", component("plant", PLANT)))
 
 
@@ -256,19 +259,22 @@ def test_a_parameter_of_the_system_goes_to_all_it_is_connected_with(load, fmus):
     assert (mass_of(loaded, "inner.a"), mass_of(loaded, "inner.b")) == (3.0, 1.5)
     with pytest.raises(ModelError, match=r"no instance 'lod'. Did you mean 'load'\?"):
         loaded.set("lod", 1.0)
-    with pytest.raises(ModelError, match=r"^load = heavy: .*'heavy' is no number"):
+    with pytest.raises(ModelError, match=r"^load = heavy: parameter load -> load: an enumeration cannot become a real"):
         loaded.set("load", "heavy")
 
 
 def test_values_that_match_nothing_are_noted(load):
     loaded = load(system("", component("plant", PLANT, binding("mas Real 1"))))
-    assert any("no variable of plant is called 'mas'. Did you mean 'mass'? The value is ignored" in note for note in loaded.notes)
+    told = "parameter mas: plant has nothing called 'mas', so the value has no effect. Did you mean 'mass'?"
+    assert any(note.endswith(told) for note in loaded.notes)
 
 
 def test_a_wrong_value_is_refused_with_its_place(load):
     root = system("", component("plant", PLANT, '<ssd:ParameterBinding source="resources/p.ssv"/>'))
     values = ssv("damping Real 1", "mass Real heavy").encode()
-    with pytest.raises(ModelError, match=r"resources/p\.ssv, line 2: mass = 'heavy' is not of type Real"):
+    with pytest.raises(
+        ModelError, match=r"resources/p\.ssv, line 2: parameter mass -> plant\.mass: 'heavy' is no value of kind real"
+    ):
         load(root, resources__p_ssv=values)
 
 

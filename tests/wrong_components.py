@@ -108,6 +108,7 @@ COMPONENTS: dict[str, Wrong] = {
                 PLANT,
                 'component \'plant\': MassSpringDamper.fmu: modelDescription.xml: The unit "slug" of variable "mass" (line 48) is not defined.',
             ),
+            (SSD, 'unit="t"', "parameter mass -> plant.mass: unit t does not convert to slug"),
         ),
         change=_changed_fmu("MassSpringDamper", _undefined_unit),
     ),

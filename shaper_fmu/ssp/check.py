@@ -1,31 +1,34 @@
-"""Checking SSP archives: the standard's schemas, and what they cannot see. Every problem at once, with file and line.
+"""Checking SSP archives: what reading them finds, and what only a run or another tool would. All at once, with file and line.
 
 What is checked, and its words, is listed in docs/checking.md.
 """
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
+import fmpy
+
 from shaper_fmu.archives import read_archive, read_file
 from shaper_fmu.errors import ArchiveError, ModelError
+from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.simulation import number_of_steps
 from shaper_fmu.master.system import System
 from shaper_fmu.ssp.annotations import run_settings
-from shaper_fmu.ssp.archive import SETS, load_ssp, variants
-from shaper_fmu.ssp.check_connections import check_connections
-from shaper_fmu.ssp.check_dictionaries import check_dictionaries
-from shaper_fmu.ssp.check_loops import check_loops
-from shaper_fmu.ssp.check_parameters import check_parameters, check_whole_set
-from shaper_fmu.ssp.check_scene import Scene, check_declarations, read_validated
-from shaper_fmu.ssp.check_structure import OF_DESCRIPTION, check_elements
-from shaper_fmu.ssp.document import SystemDescription
-from shaper_fmu.ssp.names import DESCRIPTION
-from shaper_fmu.ssp.read import read_description, read_dictionary, read_mapping, read_parameter_set
+from shaper_fmu.ssp.archive import variants
+from shaper_fmu.ssp.document import Component, SystemDescription
+from shaper_fmu.ssp.files import Files
+from shaper_fmu.ssp.findings import Finding, Findings, Weight
+from shaper_fmu.ssp.loaded import SspSystem
+from shaper_fmu.ssp.loops import check_loops
+from shaper_fmu.ssp.names import DESCRIPTION, SETS
+from shaper_fmu.ssp.parameter_sets import check_parameter_sets
+from shaper_fmu.ssp.read import read_dictionary, read_mapping, read_parameter_set
+from shaper_fmu.ssp.resolve import Resolved, resolve
 
 _READERS = {".ssv": read_parameter_set, ".ssm": read_mapping, ".ssb": read_dictionary}
-Told = tuple[str, int, str]
 
 
 def check_ssp(path: Path | str) -> list[str]:
@@ -33,84 +36,78 @@ def check_ssp(path: Path | str) -> list[str]:
 
     An archive that cannot be read at all, or is hostile, has the one problem that says so.
     """
+    return [str(finding) for finding in ssp_findings(path)]
+
+
+def ssp_findings(path: Path | str) -> list[Finding]:
+    """Every problem of an archive, with what follows from it."""
     path = Path(path)
     try:
-        files = read_archive(read_file(path), path.name)
-        problems = check_files(files)
-        if all(OF_DESCRIPTION in problem for problem in problems):  # else what stops it is told already
-            problems += [problem for name in variants(files) for problem in _load_problems(path, name)]
-        return problems
+        return file_findings(read_archive(read_file(path), path.name))
     except ArchiveError as error:
-        return [str(error)]
-
-
-def _load_problems(path: Path, variant: str) -> list[str]:
-    """What stops a description that seems right from being run by our master."""
-    try:
-        loaded = load_ssp(path, variant)
-        start, stop, step = loaded.structure.start_time or 0.0, loaded.structure.stop_time, loaded.structure.step_size
-        told = loaded.system.check()
-        return told + (_time_problems(loaded.system, start, stop, step) if stop is not None and step is not None else [])
-    except ModelError as error:
-        return error.problems
+        return [Finding("", 0, str(error), Weight.LOAD)]
 
 
 def check_files(files: Mapping[str, bytes]) -> list[str]:
     """Every problem of the files of an archive."""
+    return [str(finding) for finding in file_findings(files)]
+
+
+def file_findings(files: Mapping[str, bytes]) -> list[Finding]:
+    """Every problem of the files of an archive, with what follows from it: the variants, and what none of them refers to."""
     descriptions = sorted(
         (name for name in files if PurePosixPath(name).suffix == ".ssd"), key=lambda name: (name != DESCRIPTION, name)
     )
-    if DESCRIPTION not in descriptions:
+    if DESCRIPTION not in files:
         found = f"; it has {', '.join(descriptions)}" if descriptions else ", so this is not an SSP archive"
-        return [f"no {DESCRIPTION}{found}"]
-    told: list[Told] = []
-    for name in descriptions:
-        told += _check_description(files, name)
-    for name in sorted(files):  # what no description refers to
+        return [Finding("", 0, f"no {DESCRIPTION}{found}", Weight.LOAD)]
+    told, seen = Findings(), set()
+    for name in [*variants(files), *descriptions]:
+        if name not in seen:
+            own = _check_description(files, name)
+            seen |= own.seen.keys()
+            told.add(own.findings, Weight.LOAD if "/" not in name else Weight.DEVIATION)
+    rest = Files(files, Findings())
+    for name in sorted(files.keys() - seen):
         reader = _READERS.get(PurePosixPath(name).suffix)
         if reader is not None:
-            told += read_validated(files[name], name, reader).told
+            rest.read(name, reader)
+    told.add(rest.findings, Weight.DEVIATION)
     order = {name: place for place, name in enumerate([*descriptions, *sorted(set(files) - set(descriptions))])}
-    unique = sorted(dict.fromkeys(told), key=lambda item: (order.get(item[0], len(order)), item[1]))
-    return [f"{file}, line {line}: {words}" if line else f"{file}: {words}" for file, line, words in unique]
+    return sorted(told, key=lambda one: (order.get(one.file, len(order)), one.line))
 
 
-def _check_description(files: Mapping[str, bytes], name: str) -> list[Told]:
-    found = read_validated(files[name], name, read_description)
-    description = found.document
-    if not isinstance(description, SystemDescription):
-        return found.told
-    scene = Scene(files, description, name, list(found.told), set(found.lost))
-    check_declarations(scene, description, name)
-    _check_experiment(scene)
-    fmus = check_elements(scene)
-    directed = check_connections(scene, fmus)
-    check_dictionaries(scene, directed)
-    check_loops(scene, fmus, directed)
-    check_parameters(scene, fmus)
-    if name == DESCRIPTION:
-        for path in sorted(path for path in files if path.startswith(SETS) and path.endswith(".ssv")):
-            check_whole_set(scene, fmus, path)
-    return scene.told
+def _check_description(files: Mapping[str, bytes], name: str) -> Files:
+    """What is found in a description and all that it refers to."""
+    own, found = resolve(files, name)
+    if found is not None:
+        _check_experiment(found.structure, name, own.findings)
+        _check_fmus(found)
+        check_loops(found.network)
+        if name == DESCRIPTION:
+            _check_sets(found)
+        if not own.findings.texts(Weight.LOAD):
+            _check_run(found)
+    return own
 
 
-def _check_experiment(scene: Scene) -> None:
-    description = scene.description
+def _check_experiment(description: SystemDescription, file: str, findings: Findings) -> None:
     experiment = description.experiment
     start, stop = description.start_time or 0.0, description.stop_time
     if experiment is not None and stop is not None and not stop > start:
-        scene.tell(experiment.line, f"default experiment: stopTime = {stop:g} s is not after startTime = {start:g} s")
+        words = f"default experiment: stopTime = {stop:g} s is not after startTime = {start:g} s"
+        findings.tell(file, experiment.line, words, Weight.RUN if stop < start else Weight.DEVIATION)
     for annotation in description.all_annotations():
         try:
             run_settings([annotation.xml])
         except ModelError as error:
             for problem in error.problems:
-                scene.tell(annotation.line, problem)
+                findings.tell(file, annotation.line, problem, Weight.RUN)
             return
     step = description.step_size
     if experiment is not None and stop is not None and step is not None and stop > start:
         for problem in _time_problems(System(), start, stop, step):
-            scene.tell(experiment.line, problem)
+            findings.tell(file, experiment.line, problem, Weight.RUN)
 
 
 def _time_problems(system: System, start: float, stop: float, step: float) -> list[str]:
@@ -120,3 +117,48 @@ def _time_problems(system: System, start: float, stop: float, step: float) -> li
     except ModelError as error:
         return [f"default experiment: {problem}" for problem in error.problems]
     return []
+
+
+def _check_fmus(found: Resolved) -> None:
+    """What is wrong with FMUs, but does not keep them from being read."""
+    for path, fmu in found.network.fmus.items():
+        place = found.network.places[path]
+        assert isinstance(place.element, Component)
+        what = f"component {place.element.name!r}"
+        for finding in fmu.findings:
+            place.scope.tell(place.element.line, f"{what}: {fmu.name}: modelDescription.xml: {finding}", Weight.DEVIATION)
+        problem = _library_problem(fmu)
+        if problem:
+            place.scope.tell(place.element.line, f"{what}: {problem}", Weight.RUN)
+
+
+def _library_problem(fmu: Fmu) -> str | None:
+    """What is wrong with the FMU's library for this machine."""
+    folder, name = (fmpy.platform_tuple if fmu.version == 3 else fmpy.platform), fmu.co_simulation.modelIdentifier
+    if (fmu.folder / "binaries" / folder / f"{name}{fmpy.sharedLibraryExtension}").is_file():
+        return None
+    others = sorted({path.parent.name for path in (fmu.folder / "binaries").glob("*/*")})
+    return f"{fmu.name} has no library for this machine ({folder}); it has {', '.join(others) or 'none at all'}"
+
+
+def _check_sets(found: Resolved) -> None:
+    """The sets in parameter_sets/, which are for the whole system and applied on demand: a run with one of them is refused."""
+    sets = {name.removeprefix(SETS): content for name, content in found.files.content.items() if name.startswith(SETS)}
+    told = Findings()
+    loaded = SspSystem(found.system, found.structure, "", sets, network=found.network, instances=found.instances)
+    check_parameter_sets(loaded, told)
+    found.findings.add(told, Weight.RUN)
+    found.files.seen.update({f"{SETS}{name}": None for name in sets})
+
+
+def _check_run(found: Resolved) -> None:
+    """What stops the whole system from being run by our master."""
+    told, structure = found.system.check(), found.structure
+    with contextlib.suppress(ModelError):  # of an annotation, which is told
+        start, stop, step = structure.start_time or 0.0, structure.stop_time, structure.step_size
+        if stop is not None and step is not None and stop > start:
+            told += _time_problems(found.system, start, stop, step)
+    known = {finding.words for finding in found.findings}
+    for problem in told:
+        if problem not in known:
+            found.findings.tell("", 0, problem, Weight.RUN)

@@ -31,8 +31,8 @@ from shaper_fmu.ssp.document import (
     SystemElement,
     Unit,
 )
+from shaper_fmu.ssp.meaning import fmu_unit
 from shaper_fmu.ssp.names import DESCRIPTION, OMS_URI, OSP_URI
-from shaper_fmu.ssp.network import fmu_unit
 from shaper_fmu.ssp.write import write_description, write_parameter_set
 
 _TYPES = {"real": "Real", "integer": "Integer", "boolean": "Boolean", "enumeration": "Enumeration"}

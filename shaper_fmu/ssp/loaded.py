@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
-
 from shaper_fmu.errors import ModelError, nearest
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.signals import Interpolation
 from shaper_fmu.master.system import System
 from shaper_fmu.ssp.conversion import IDENTITY, Affine
 from shaper_fmu.ssp.document import Parameter, ParameterSet, SystemDescription
+from shaper_fmu.ssp.findings import Finding, Findings, Weight
 from shaper_fmu.ssp.network import TARGETS, Network, Node
-from shaper_fmu.ssp.parameters import Settings, known_names, settings_of, targets
+from shaper_fmu.ssp.parameters import known_names, settings_of, targets
+from shaper_fmu.ssp.resolve import start_values_of
 
 _TYPES = {bool: "Boolean", int: "Integer", float: "Real", str: "String"}
 
@@ -30,6 +30,7 @@ class SspSystem:
         digest: SHA-256 of the file.
         parameter_sets: the files of the archive's folder of that name: file name -> content (see parameter_sets.py).
         notes: what the standard lets pass, but people should know: values that are ignored, inputs that nothing feeds.
+        findings: all that is not as it should be, but did not stop the archive from being read; more of it than in the notes.
         network: the connectors of all levels, and what leads where.
         instances: the instances' names by the components' paths (they differ where a path is no name for an instance).
     """
@@ -39,6 +40,7 @@ class SspSystem:
     digest: str
     parameter_sets: dict[str, bytes] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
     network: Network = field(kw_only=True)
     instances: dict[str, str] = field(kw_only=True)
 
@@ -58,17 +60,13 @@ class SspSystem:
 
         A connector's value is in the connector's unit. Raises ModelError if nothing has the name, or something else feeds it.
         """
-        root = self.network.flat.places[""]
-        if all(node.path in self.instances for node in targets(self.network, root, name)):
+        root = self.network.places[""]
+        if all(node.path in self.instances for node in targets(self.network, root, name) or ()):
             self._set_variable(name, value)
             return
         kind = _kind_of_text(value) if isinstance(value, str) else _TYPES.get(type(value), "Real")
         parameter = Parameter(name, kind, str(value).lower() if kind == "Boolean" else str(value))
-        place = f"{name} = {value}"
-        try:
-            self.apply(settings_of(self.network, ParameterSet("", [parameter], file=place)))
-        except ModelError as error:
-            raise ModelError([problem.replace(f"{place}, line 0", place, 1) for problem in error.problems]) from None
+        self.apply(ParameterSet("", [parameter], file=f"{name} = {value}"))
 
     def _set_variable(self, name: str, value: Any) -> None:
         for path, instance in sorted(self.instances.items(), key=lambda item: -len(item[0])):
@@ -76,34 +74,40 @@ class SspSystem:
                 self.system.set(f"{instance}.{name.removeprefix(f'{path}.')}", value)
                 self.network.fmus[path] = self.system.fmus[instance]
                 return
-        names = known_names(self.network, self.network.flat.places[""])
+        names = known_names(self.network, self.network.places[""])
         element = name.split(".")[0]
-        known = [*self.inputs, *(place.element.name for place in self.network.flat.inside(""))]
+        known = [*self.inputs, *(place.element.name for place in self.network.structure.inside(""))]
         raise ModelError([f"{name!r}: there is no instance {element!r}.{nearest(element, known) or nearest(name, names)}"])
 
-    def apply(self, settings: Settings) -> None:
-        """Set all these values, or none: then ModelError tells every problem, an input that something feeds among them."""
-        values, problems = self._checked(settings)
+    def apply(self, values: ParameterSet, findings: Findings | None = None) -> None:
+        """Set all values of a set, or none: then ModelError tells every problem, an input that something feeds among them.
+
+        `findings` are those of its file.
+        """
+        findings = findings or Findings()
+        found = self.checked(values, findings)
+        problems = findings.texts(Weight.LOAD)
         if problems:
             raise ModelError(problems)
-        for instance, found in values:
-            self.system.start_values[instance].update(found)
+        for instance, own in found:
+            self.system.start_values[instance].update(own)
 
-    def problems(self, settings: Settings) -> list[str]:
-        """What would be wrong with setting these values."""
-        return self._checked(settings)[1]
-
-    def _checked(self, settings: Settings) -> tuple[list[tuple[str, dict[str, float | int | bool]]], list[str]]:
-        """The start values by instance, and every problem."""
-        values, problems = [], [*settings.problems, *settings.notes]
-        for (path, variable), setting in settings.values.items():
-            instance = self.instances[path]
+    def checked(self, values: ParameterSet, findings: Findings) -> list[tuple[str, dict[str, float | int | bool]]]:
+        """The start values by instance that a set gives; what is wrong goes to `findings`."""
+        found = []
+        for (path, variable), setting in settings_of(self.network, values, findings).items():
+            instance, given = self.instances[path], setting.given
             try:
                 self.system.check_settable(f"{instance}.{variable}")
-                values.append((instance, start_values_of(self.network, path, variable, setting.value)))
             except ModelError as error:
-                problems += [f"{setting.file}, line {setting.line}: {problem}" for problem in error.problems]
-        return values, problems
+                for problem in error.problems:
+                    given.scope.tell(given.line, f"{given.what}: {problem}")
+                continue
+            try:
+                found.append((instance, start_values_of(self.network, path, variable, setting.value)))
+            except ModelError as error:
+                given.refuse([problem.removeprefix(f"{self.network.fmus[path].name}: ") for problem in error.problems])
+        return found
 
     def drive(self, name: str, source: Any, interpolation: Interpolation = "hold") -> None:
         """Feed one of the system's own inputs from outside: a function of time, a number, or a table (see `System.drive`)."""
@@ -159,21 +163,6 @@ class SspSystem:
         for wire in path:
             unit = self.network.unit(wire.target) or unit
         return unit.name if unit is not None else ""
-
-
-def start_values_of(network: Network, path: str, variable: str, value: Any) -> dict[str, float | int | bool]:
-    """The start values by scalar name that a value for a component's variable gives. Raises ModelError."""
-    fmu = network.fmus[path]
-    elements = fmu.elements_of(variable)
-    if elements == [variable]:
-        return fmu.start_values({variable: value})
-    values = list(np.atleast_1d(value)) if not isinstance(value, str) else [value]
-    if len(values) != len(elements):
-        raise ModelError([f"{path}.{variable} has {len(elements)} elements but is given {len(values)} values"])
-    found: dict[str, float | int | bool] = {}
-    for element, single in zip(elements, value if isinstance(value, list) else values, strict=True):
-        found |= fmu.start_values({element: single})
-    return found
 
 
 def _kind_of_text(text: str) -> str:

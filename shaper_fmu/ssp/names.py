@@ -5,6 +5,9 @@ from __future__ import annotations
 DESCRIPTION = "SystemStructure.ssd"
 """The default variant of an archive; others are further .ssd files beside it."""
 
+SETS = "parameter_sets/"
+"""Folder of an archive with parameter sets for the whole system, which are applied on demand."""
+
 PREFIXES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
     "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",

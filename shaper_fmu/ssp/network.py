@@ -1,4 +1,8 @@
-"""The wires between the connectors of a flattened system, and the paths along them."""
+"""The wires between the connectors of a flattened system, and the paths along them.
+
+A system's connectors and the signals of its dictionaries are nodes like those of components: a wire ends at each of them and
+others begin there, so that a path of wires leads from an output through any number of levels to an input.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +10,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from shaper_fmu.errors import ModelError
-from shaper_fmu.master.fmu import Fmu
-from shaper_fmu.master.variables import kind_of
+from shaper_fmu.master.variables import items_of, kind_of
 from shaper_fmu.ssp.conversion import IDENTITY, Affine, affine_of, after, unit_conversion, value_table
-from shaper_fmu.ssp.document import (
-    LinearTransformation,
-    MappingTransformation,
-    SystemElement,
-    Transformation,
-    Unit,
-)
-from shaper_fmu.ssp.flatten import Flat, Scope
+from shaper_fmu.ssp.document import LinearTransformation, MappingTransformation, SystemElement, Transformation, Unit
+from shaper_fmu.ssp.findings import Findings, Key, Weight
+from shaper_fmu.ssp.meaning import Meaning, Scope, UnknownUnit, completed, fmu_meaning, fmu_unit
+from shaper_fmu.ssp.structure import Structure
 
 SOURCES = ("output", "calculatedParameter", "constant", "local")
 TARGETS = ("input", "parameter", "structuralParameter")
@@ -41,7 +40,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Wire:
-    """What leads from one node to another."""
+    """What leads from one node to another. `faults` are findings by which it may fail."""
 
     source: Node
     target: Node
@@ -49,17 +48,43 @@ class Wire:
     line: int = 0
     transformation: Transformation | None = None
     suppress: bool = False
+    faults: tuple[Key, ...] = ()
+
+
+class WireError(ModelError):
+    """Values cannot go along a wire, because of its faults, or of a unit's that is not declared."""
+
+    def __init__(self, wire: Wire, problems: list[str], *units: Unit | None):
+        scope = wire.scope
+        ends = " -> ".join(scope.label(node.path.rpartition("/")[2], node.name) for node in (wire.source, wire.target))
+        words = [f"{ends}: {problem}" for problem in problems]
+        super().__init__([f"{scope.file}, line {wire.line}: {one}" for one in words])
+        self.wire, self.words = wire, words
+        told = tuple(key for unit in units if isinstance(unit, UnknownUnit) for key in unit.told)
+        self.faults = told or wire.faults
+
+    def tell(self, findings: Findings, weight: Weight = Weight.LOAD) -> None:
+        """Refuse the system for the findings by which the wire fails, or where there are none in these words."""
+        findings.weigh(self.faults, weight)
+        for one in () if self.faults else self.words:
+            findings.tell(self.wire.scope.file, self.wire.line, one, weight)
 
 
 @dataclass
 class Network:
-    """All wires of a flat system, with the FMUs of its components by path, and what is wrong."""
+    """All wires of a flat system."""
 
-    flat: Flat
-    fmus: dict[str, Fmu]
+    structure: Structure
     into: dict[Node, Wire] = field(default_factory=dict)
     out_of: dict[Node, list[Wire]] = field(default_factory=dict)
-    problems: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.fmus, self.places, self.findings = self.structure.fmus, self.structure.places, self.structure.files.findings
+
+    def add(self, wire: Wire) -> None:
+        """Add a wire to a node that has none."""
+        self.into[wire.target] = wire
+        self.out_of.setdefault(wire.source, []).append(wire)
 
     def is_variable(self, node: Node) -> bool:
         """Whether the node is a variable of an FMU."""
@@ -71,13 +96,13 @@ class Network:
         return fmu.variables[fmu.elements_of(node.name)[0]]
 
     def path_to(self, node: Node) -> list[Wire]:
-        """The wires that lead to a node, in the order of the flow. Raises ModelError if they go round in a circle."""
+        """The wires that lead to a node, in the order of the flow. Raises WireError if they go round in a circle."""
         wires: list[Wire] = []
         while node in self.into:
             wires.append(self.into[node])
             node = wires[-1].source
             if len(wires) > len(self.into):
-                raise ModelError([wires[-1].scope.at(wires[-1].line, f"connectors feed each other in a circle, through {node}")])
+                raise WireError(wires[-1], ["connectors feed each other in a circle"])
         return wires[::-1]
 
     def paths_from(self, node: Node, before: tuple[Wire, ...] = ()) -> Iterator[tuple[Wire, ...]]:
@@ -93,23 +118,25 @@ class Network:
     def unit(self, node: Node) -> Unit | None:
         """The unit of the numbers at a node: the FMU's, what the file declares, or that of the connectors inside."""
         if self.is_variable(node):
-            fmu = self.fmus[node.path]
-            return fmu_unit(fmu, fmu.elements_of(node.name)[0])
-        if node.path in self.flat.dictionaries:
-            dictionary, scope = self.flat.dictionaries[node.path]
-            types = [entry.type for entry in dictionary.entries if entry.name == node.name]
-        else:
-            place = self.flat.places[node.path]
-            connector, scope = place.element.connector(node.name), place.scope
-            types = [connector.type] if connector is not None else []
-        for type_ in types:
-            if type_ is not None and type_.unit is not None:
-                return scope.units.get(type_.unit) or undefined_unit(type_.unit)
-        return self._deduced_unit(node)
+            return fmu_unit(self.fmus[node.path], str(self.variable(node).name))
+        declared = self.declared(node)
+        return declared.unit if declared is not None and declared.unit is not None else self._deduced_unit(node)
+
+    def declared(self, node: Node) -> Meaning | None:
+        """What the file says of a connector or a signal."""
+        dictionary, scope = self.structure.dictionaries.get(node.path, (None, None))
+        if dictionary is not None and scope is not None:
+            entry = next((entry for entry in dictionary.entries if entry.name == node.name), None)
+            return scope.meaning(entry.type, f"signal {entry.name}", entry.line) if entry is not None else None
+        place = self.places.get(node.path)
+        connector = place.element.connector(node.name) if place is not None else None
+        if place is None or connector is None or connector.type is None:
+            return None
+        return place.scope.meaning(connector.type, f"connector {place.scope.label(node.path, node.name)}", connector.line)
 
     def _deduced_unit(self, node: Node) -> Unit | None:
         """The unit of a system's connector that declares none: that of the connectors inside, if they agree."""
-        place = self.flat.places.get(node.path)
+        place = self.places.get(node.path)
         if place is None or not isinstance(place.element, SystemElement):
             return None
         connector = place.element.connector(node.name)
@@ -118,21 +145,28 @@ class Network:
             return next(iter(inner.values())) if len(inner) == 1 else None
         return self.unit(self.into[node].source) if node in self.into else None
 
+    def meaning(self, node: Node) -> Meaning | None:
+        """What goes through a node: what the file declares, and what that leaves open by the FMU's variable."""
+        own = self.declared(node)
+        theirs = fmu_meaning(self.fmus[node.path], node.name) if self.is_variable(node) else None
+        return completed(own, theirs)
+
+    def taken(self, node: Node) -> Meaning | None:
+        """What a node takes as a value: an FMU's variable, or a connector of which the file tells the type."""
+        if self.is_variable(node):
+            return fmu_meaning(self.fmus[node.path], node.name)
+        declared = self.declared(node)
+        return Meaning(declared.kind, self.unit(node), declared.items) if declared is not None else None
+
     def items(self, node: Node) -> Mapping[str, int] | None:
         """The items of the enumeration at a node, by name; None if it has none."""
         if self.is_variable(node):
-            declared = self.variable(node).declaredType
-            items = {str(item.name): int(str(item.value)) for item in (declared.items if declared is not None else None) or []}
-            return items or None
-        place = self.flat.places.get(node.path)
-        connector = place.element.connector(node.name) if place is not None else None
-        if place is None or connector is None or connector.type is None or connector.type.enumeration is None:
-            return None
-        found = place.scope.enumerations.get(connector.type.enumeration)
-        return found.items if found is not None else None
+            return items_of(self.variable(node)) or None
+        declared = self.declared(node) if node.path in self.places else None
+        return declared.items if declared is not None else None
 
     def affine(self, wires: list[Wire]) -> Affine:
-        """What a path does to the value of an FMU's output, as gain and offset. Raises ModelError, with file and line."""
+        """What a path does to the value of an FMU's output, as gain and offset. Raises WireError."""
         if not wires:
             return IDENTITY
         if self._is_mapped(wires):
@@ -144,23 +178,22 @@ class Network:
             if isinstance(wire.transformation, LinearTransformation):
                 total = after(total, (wire.transformation.factor, wire.transformation.offset))
             elif wire.transformation is not None:
-                raise ModelError([at(wire, "a mapping of values is not for real numbers")])
+                raise WireError(wire, ["a mapping of values is not for real numbers"])
         return total
 
     def conversion(self, wire: Wire, unit: Unit | None) -> tuple[Affine, Unit | None]:
-        """From the unit of a value to that of a wire's end; and that unit, or the old one if there is none."""
+        """From the unit of a value to that of a wire's end; and that unit, or the old one if there is none. Raises WireError."""
         target = self.unit(wire.target)
         if wire.suppress:
             return IDENTITY, target or unit
         try:
             return unit_conversion(unit, target), target or unit
         except ModelError:
-            names = [known.name for known in (unit, target) if known is not None]
-            words = f"{wire.source} is in {names[0]} but {wire.target} in {names[-1]}; they cannot be connected"
-            raise ModelError([at(wire, words)]) from None
+            one, other = (known.name for known in (unit, target) if known is not None)
+            raise WireError(wire, [f"unit {one} does not convert to {other}"], unit, target) from None
 
     def mapping(self, wires: list[Wire]) -> dict[int, int] | None:
-        """What a path changes of a boolean (0, 1), an integer or an enumeration; None for real numbers. Raises ModelError."""
+        """What a path changes of a boolean (0, 1), an integer or an enumeration; None for real numbers. Raises WireError."""
         if not self._is_mapped(wires):
             return None
         # what no mapping names stays as it is, so that integers without bounds need no list of all
@@ -169,7 +202,7 @@ class Network:
             try:
                 targets = value_table(wire.transformation, targets, self.items(wire.source), self.items(wire.target))
             except ModelError as error:
-                raise ModelError([at(wire, problem) for problem in error.problems]) from None
+                raise WireError(wire, error.problems) from None
         return {value: target for value, target in zip(values, targets, strict=True) if value != target}
 
     def _is_mapped(self, wires: list[Wire]) -> bool:
@@ -183,8 +216,8 @@ class Network:
         mapping, values = self.mapping(wires) or {}, self._values(wires[0].source)
         found = affine_of(values, [mapping.get(value, value) for value in values]) if values else None
         if found is None:
-            words = f"{wires[0].source} -> {wires[-1].target}: here a mapping must be a gain and an offset; this one is not"
-            raise ModelError([at(next(wire for wire in wires if wire.transformation is not None), words)])
+            words = "here a mapping must be a gain and an offset; this one is not"
+            raise WireError(next(wire for wire in wires if wire.transformation is not None), [words])
         return found
 
     def _values(self, node: Node) -> list[int]:
@@ -204,26 +237,3 @@ def _named_integers(wires: list[Wire]) -> list[int]:
     """All numbers that mappings of integers name."""
     found = [wire.transformation for wire in wires if isinstance(wire.transformation, MappingTransformation)]
     return sorted({int(key) for one in found if one.kind == "Integer" for key, _ in one.entries})
-
-
-def undefined_unit(name: str) -> Unit:
-    """A unit of which nothing but the name is known: a base unit of its own, or the one that is called so."""
-    return Unit(name, {name: 1})
-
-
-def fmu_unit(fmu: Fmu, name: str) -> Unit | None:
-    """The unit of an FMU's variable; without a definition, its name alone."""
-    unit = fmu.unit_of(name)
-    if not unit:
-        return None
-    definition = fmu.unit_definition(unit)
-    base = definition.baseUnit if definition is not None else None
-    if base is None:
-        return undefined_unit(unit)
-    exponents = {symbol: int(getattr(base, symbol) or 0) for symbol in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")}
-    return Unit(unit, {k: v for k, v in exponents.items() if v}, float(base.factor or 1.0), float(base.offset or 0.0))
-
-
-def at(wire: Wire, words: str) -> str:
-    """A problem of a wire, with its place."""
-    return wire.scope.at(wire.line, words)

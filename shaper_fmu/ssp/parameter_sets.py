@@ -9,9 +9,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from shaper_fmu.archives import read_file
-from shaper_fmu.errors import ArchiveError, ModelError, NotInArchiveError, nearest
+from shaper_fmu.errors import ArchiveError, NotInArchiveError, nearest
+from shaper_fmu.ssp.document import ParameterSet
+from shaper_fmu.ssp.files import Files
+from shaper_fmu.ssp.findings import Findings, Weight
 from shaper_fmu.ssp.loaded import SspSystem
-from shaper_fmu.ssp.parameters import Settings, settings_of
+from shaper_fmu.ssp.names import SETS
 from shaper_fmu.ssp.read import read_parameter_set
 
 
@@ -22,22 +25,27 @@ def apply_parameter_set(loaded: SspSystem, which: Path | str) -> None:
     that nothing takes is such a problem: who asks for a set wants its values.
     """
     name, content = _content(loaded, which)
-    loaded.apply(_settings(loaded, content, name))
+    files = Files({name: content}, Findings())
+    values = files.read(name, read_parameter_set)
+    if name in files.unreadable:
+        raise ArchiveError(files.findings.texts(Weight.LOAD)[0])
+    loaded.apply(values or ParameterSet(""), files.findings)
+
+
+def check_parameter_sets(loaded: SspSystem, findings: Findings) -> None:
+    """Look for problems of the archive's own sets."""
+    files = Files({f"{SETS}{name}": content for name, content in loaded.parameter_sets.items()}, findings)
+    for name in sorted(files.content):
+        values = files.read(name, read_parameter_set)
+        if values is not None:
+            loaded.checked(values, findings)
 
 
 def parameter_set_problems(loaded: SspSystem) -> list[str]:
     """Every problem of the archive's own sets, in words."""
-    problems = []
-    for name, content in loaded.parameter_sets.items():
-        try:
-            problems += loaded.problems(_settings(loaded, content, name))
-        except (ArchiveError, ModelError) as error:
-            problems += error.problems if isinstance(error, ModelError) else [str(error)]
-    return problems
-
-
-def _settings(loaded: SspSystem, content: bytes, name: str) -> Settings:
-    return settings_of(loaded.network, read_parameter_set(content, name))
+    findings = Findings()
+    check_parameter_sets(loaded, findings)
+    return findings.texts(Weight.LOAD)
 
 
 def _content(loaded: SspSystem, which: Path | str) -> tuple[str, bytes]:
@@ -46,7 +54,7 @@ def _content(loaded: SspSystem, which: Path | str) -> tuple[str, bytes]:
         return str(path), read_file(path)
     for name in (str(which), f"{which}.ssv"):
         if name in loaded.parameter_sets:
-            return name, loaded.parameter_sets[name]
+            return f"{SETS}{name}", loaded.parameter_sets[name]
     known = [Path(name).stem for name in loaded.parameter_sets]
     inside = f"the archive has none of that name.{nearest(path.stem, known)}" if known else "the archive has no parameter sets"
     raise NotInArchiveError(f"{which}: there is no such file, and {inside}")

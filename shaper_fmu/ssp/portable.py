@@ -13,24 +13,27 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from shaper_fmu.archives import read_archive, read_file
-from shaper_fmu.errors import ArchiveError, ModelError
+from shaper_fmu.errors import ArchiveError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.ssp.annotations import OMS_TYPE
-from shaper_fmu.ssp.check_parameters import Names, Target
-from shaper_fmu.ssp.check_scene import Scene, do_not_convert, find_variable, kind_of_type, unit_named
-from shaper_fmu.ssp.check_structure import Place, label, places
+from shaper_fmu.ssp.connectors import flatten
 from shaper_fmu.ssp.document import (
     Component,
     Connection,
     DictionaryReference,
-    Element,
-    Parameter,
     ParameterSet,
+    SystemDescription,
     SystemElement,
 )
 from shaper_fmu.ssp.document_parts import LinearTransformation
-from shaper_fmu.ssp.names import DESCRIPTION, FMU_TYPE, OSP_URI, PREFIXES, SSD_TYPE, SSP_TYPE, TYPES_1, USUAL_PREFIXES
-from shaper_fmu.ssp.read import read_description, read_parameter_set
+from shaper_fmu.ssp.files import Files
+from shaper_fmu.ssp.findings import Findings
+from shaper_fmu.ssp.meaning import Scope, kind_of_type, units_differ
+from shaper_fmu.ssp.names import DESCRIPTION, OSP_URI, PREFIXES, SSD_TYPE, SSP_TYPE, TYPES_1, USUAL_PREFIXES
+from shaper_fmu.ssp.network import Network
+from shaper_fmu.ssp.parameters import bound_values, targets
+from shaper_fmu.ssp.read import read_description
+from shaper_fmu.ssp.structure import Place
 from shaper_fmu.xml_files import parse_xml
 
 LIBCOSIM, ECOS, FMPY, OMSIMULATOR = "libcosim", "ecos", "fmpy.ssp", "OMSimulator"
@@ -111,8 +114,9 @@ def uses(files: Mapping[str, bytes], *tools: str) -> list[Use]:
     """The features that an archive uses and these tools (default: all) do not have, by file and line."""
     if DESCRIPTION not in files:
         raise ArchiveError(f"no {DESCRIPTION}, so this is not an SSP archive")
-    scene = Scene(files, read_description(files[DESCRIPTION], DESCRIPTION), DESCRIPTION)
-    found = [*_of_file(scene), *_of_structure(scene), *_Parameters(scene).uses()]
+    description = read_description(files[DESCRIPTION], DESCRIPTION)
+    network = Network(flatten(description, Files(files, Findings())))
+    found = [*_of_file(files, description), *_of_structure(network), *_of_parameters(network)]
     asked = set(tools) or {LIBCOSIM, ECOS, FMPY, OMSIMULATOR}
     kept = [use for use in dict.fromkeys(found) if asked & EFFECTS[use.feature].keys()]
     return sorted(kept, key=lambda use: (use.file != DESCRIPTION, use.file, use.line))
@@ -127,9 +131,9 @@ def _plural(effect: str) -> str:
     return f"{ {'has': 'have', 'does': 'do', 'passes': 'pass'}.get(verb, verb.removesuffix('s')) } {rest}".strip()
 
 
-def _of_file(scene: Scene) -> Iterator[Use]:
+def _of_file(files: Mapping[str, bytes], description: SystemDescription) -> Iterator[Use]:
     """The version, prefixes, annotations and variants."""
-    description, root = scene.description, parse_xml(scene.files[DESCRIPTION], DESCRIPTION, prefixes=USUAL_PREFIXES)
+    root = parse_xml(files[DESCRIPTION], DESCRIPTION, prefixes=USUAL_PREFIXES)
     if description.version.startswith("2"):
         yield Use(DESCRIPTION, description.line, "version 2.0")
     prefixes = {prefix: root.nsmap.get(prefix) for prefix in ("ssd", "ssc")}
@@ -139,22 +143,25 @@ def _of_file(scene: Scene) -> Iterator[Use]:
         yield Use(DESCRIPTION, description.line, "an OSP annotation without its namespace on the root element")
     if not any(a.type == OMS_TYPE and "FixedStepMaster" in a.xml for a in description.all_annotations()):
         yield Use(DESCRIPTION, description.line, "no FixedStepMaster annotation")
-    for name in sorted(scene.files):
+    for name in sorted(files):
         if "/" not in name and PurePosixPath(name).suffix == ".ssd" and name != DESCRIPTION:
             yield Use(DESCRIPTION, description.line, "further variants", name)
 
 
-def _of_structure(scene: Scene) -> Iterator[Use]:
+def _of_structure(network: Network) -> Iterator[Use]:
     """Elements, connectors and connections."""
-    for place, element in places(scene.description.system):
-        if place and not re.fullmatch(r"[A-Za-z_]\w*", element.name, re.ASCII):
+    for place in network.places.values():
+        element, path, scope = place.component or place.element, place.path, place.outer or place.scope
+        if scope.root:
+            continue  # it is in another file
+        if path and not re.fullmatch(r"[A-Za-z_]\w*", element.name, re.ASCII):
             yield Use(DESCRIPTION, element.line, "a name that is no identifier", repr(element.name))
-        if isinstance(element, SystemElement) and place:
-            yield Use(DESCRIPTION, element.line, "a nested system", label(place))
+        if isinstance(element, SystemElement) and path:
+            yield Use(DESCRIPTION, element.line, "a nested system", path)
         if isinstance(element, DictionaryReference):
-            yield Use(DESCRIPTION, element.line, "a signal dictionary", label(place))
+            yield Use(DESCRIPTION, element.line, "a signal dictionary", path)
         for connector in element.connectors:
-            name = label(place, connector.name)
+            name = scope.label(path, connector.name)
             if connector.type is None:
                 yield Use(DESCRIPTION, connector.line, "a connector without a type", name)
             elif connector.type.name == "Enumeration":
@@ -162,123 +169,93 @@ def _of_structure(scene: Scene) -> Iterator[Use]:
             elif connector.type.name not in TYPES_1:
                 yield Use(DESCRIPTION, connector.line, "a type of version 2.0", name)
         if isinstance(element, SystemElement):
-            yield from _of_system(scene, place, element)
-        if isinstance(element, Component):
-            yield from _of_component(scene, place, element)
+            yield from _of_system(place, element)
+        elif isinstance(element, Component):
+            yield from _of_component(network.fmus.get(path), path, element)
 
 
-def _of_system(scene: Scene, place: Place, system: SystemElement) -> Iterator[Use]:
+def _of_system(place: Place, system: SystemElement) -> Iterator[Use]:
     fed: set[tuple[str | None, str]] = set()
+    label = place.scope.label
     for connection in system.connections:
         starts, stops = connection.start_element or None, connection.end_element or None
         ends = ((starts, connection.start_connector), (stops, connection.end_connector))
         fed |= set(ends)
         if None in (starts, stops):
-            yield Use(
-                DESCRIPTION,
-                connection.line,
-                "a connection of the system's own connector",
-                label(place, next(c for e, c in ends if e is None)),
-            )
+            name = label(place.path, next(c for e, c in ends if e is None))
+            yield Use(DESCRIPTION, connection.line, "a connection of the system's own connector", name)
         else:
-            yield from _of_connection(scene, system, connection)
+            yield from _of_connection(place.scope, system, connection)
         if connection.transformation is not None:
             linear = isinstance(connection.transformation, LinearTransformation)
             yield Use(DESCRIPTION, connection.line, "a linear transformation" if linear else "a mapping of values")
-    for connector in system.connectors if not place else []:
+    for connector in system.connectors if not place.path else []:
         if (None, connector.name) not in fed:
             yield Use(DESCRIPTION, connector.line, "a connector of the system that nothing is connected to", connector.name)
     for element in system.elements:
         for connector in element.connectors:
             if isinstance(element, Component) and connector.kind == "input" and (element.name, connector.name) not in fed:
-                name = label((*place, element.name), connector.name)
+                name = label(f"{place.path}.{element.name}".removeprefix("."), connector.name)
                 yield Use(DESCRIPTION, connector.line, "an input that nothing feeds", name)
 
 
-def _of_connection(scene: Scene, system: SystemElement, connection: Connection) -> Iterator[Use]:
+def _of_connection(scope: Scope, system: SystemElement, connection: Connection) -> Iterator[Use]:
     elements = [system.element(name or "") for name in (connection.start_element, connection.end_element)]
     names = (connection.start_connector, connection.end_connector)
     connectors = [element.connector(name) if element else None for element, name in zip(elements, names, strict=True)]
     if connectors[0] is not None and connectors[0].kind == "input" and isinstance(elements[0], Component):
         what = f"{connection.start_element}.{connection.start_connector}"
         yield Use(DESCRIPTION, connection.line, "a connection whose start is an input", what)
-    one, other = (scene.meaning(c.type) if c is not None and c.type is not None else None for c in connectors)
-    if one and other and one.definition and other.definition and not do_not_convert(one, other):
-        scales = [(meaning.definition.factor, meaning.definition.offset) for meaning in (one, other) if meaning.definition]
-        if scales[0] != scales[1] and not connection.suppress_unit_conversion:
-            yield Use(DESCRIPTION, connection.line, "units to convert", f"{one.unit} to {other.unit}")
+    one, other = (scope.units.get(c.type.unit or "") if c is not None and c.type is not None else None for c in connectors)
+    converted = one and other and not units_differ(one, other) and (one.factor, one.offset) != (other.factor, other.offset)
+    if one and other and converted and not connection.suppress_unit_conversion:
+        yield Use(DESCRIPTION, connection.line, "units to convert", f"{one.name} to {other.name}")
 
 
-def _of_component(scene: Scene, place: Place, component: Component) -> Iterator[Use]:
+def _of_component(fmu: Fmu | None, path: str, component: Component) -> Iterator[Use]:
     if component.type in (SSD_TYPE, SSP_TYPE):
-        yield Use(DESCRIPTION, component.line, "a component that is another system", label(place))
-        return
-    fmu = scene.fmu(component)
-    if fmu is not None and fmu.version == 3:
+        yield Use(DESCRIPTION, component.line, "a component that is another system", path)
+    elif fmu is not None and fmu.version == 3:
         yield Use(DESCRIPTION, component.line, "an FMU of FMI 3.0", fmu.name)
         if any(variable.dimensions for variable in fmu.description.modelVariables):
             yield Use(DESCRIPTION, component.line, "an FMU of FMI 3.0 with arrays", fmu.name)
 
 
-class _Parameters:
+def _of_parameters(network: Network) -> Iterator[Use]:
     """Bindings and the values of sets."""
-
-    def __init__(self, scene: Scene):
-        self.scene = scene
-        self.first_name: str | None = None
-        self.fmus: dict[Place, Fmu] = {}
-        for place, element in places(scene.description.system):
-            fmu = scene.fmu(element) if isinstance(element, Component) and element.type == FMU_TYPE else None
-            if fmu is not None:
-                self.fmus[place] = fmu
-
-    def uses(self) -> Iterator[Use]:
-        for place, element in places(self.scene.description.system):
-            for i, binding in enumerate(element.bindings):
-                to_system = isinstance(element, SystemElement)
-                kind = "parameters bound to the system" if to_system else "parameters bound to a component"
-                yield Use(DESCRIPTION, binding.line, kind, label(place))
-                if i:
-                    yield Use(DESCRIPTION, binding.line, "a further set for the same component", label(place))
-                if binding.prefix:
-                    yield Use(DESCRIPTION, binding.line, "a prefix of a binding", repr(binding.prefix))
-                if binding.mapping is not None:
-                    yield Use(DESCRIPTION, binding.mapping.line, "a parameter mapping", label(place))
-                values, file = binding.values, DESCRIPTION
-                if values is None and binding.source is not None:
-                    file = self.scene.resource(binding.source, binding.line, "") or ""
-                    values = self._read(file)
-                if values is not None:
-                    yield from self._of_set(values, file, binding.line, place, element, binding.prefix)
-
-    def _read(self, file: str) -> ParameterSet | None:
-        if not file:
-            return None
-        try:
-            return read_parameter_set(self.scene.files[file], file)
-        except (ModelError, ArchiveError):  # that is for the check to tell
-            return None
-
-    def _of_set(self, values: ParameterSet, file: str, line: int, place: Place, element: Element, prefix: str) -> Iterator[Use]:
-        self.first_name = self.first_name or values.name
-        if values.name != self.first_name:
-            yield Use(DESCRIPTION, line, "a set of another name than the first one", repr(values.name))
-        for parameter in values.parameters:
-            if parameter.type == "Enumeration":
-                yield Use(file, parameter.line, "a value for an enumeration by its item", parameter.name)
-            targets = Names(self.scene, self.fmus).find(place, element, f"{prefix}{parameter.name}") or []
-            yield from (use for target in targets for use in _of_value(values, parameter, file, target))
+    first_name: str | None = None
+    for place in network.places.values():
+        own, scope = place.component or place.element, place.outer or place.scope
+        label = scope.label(place.path)
+        for i, binding in enumerate(own.bindings if not scope.root else ()):
+            kind = "parameters bound to the system" if isinstance(own, SystemElement) else "parameters bound to a component"
+            yield Use(DESCRIPTION, binding.line, kind, label)
+            if i:
+                yield Use(DESCRIPTION, binding.line, "a further set for the same component", label)
+            if binding.prefix:
+                yield Use(DESCRIPTION, binding.line, "a prefix of a binding", repr(binding.prefix))
+            if binding.mapping is not None:
+                yield Use(DESCRIPTION, binding.mapping.line, "a parameter mapping", label)
+            values = bound_values(network, place, binding, scope)
+            if values is not None:
+                first_name = first_name or values.name
+                if values.name != first_name:
+                    yield Use(DESCRIPTION, binding.line, "a set of another name than the first one", repr(values.name))
+                yield from _of_set(network, place, values, binding.prefix)
 
 
-def _of_value(values: ParameterSet, parameter: Parameter, file: str, target: Target) -> Iterator[Use]:
-    if (
-        target.fmu is None
-        or target.meaning is None
-        or find_variable(target.fmu, str(target.variable and target.variable.name)) is None
-    ):
-        return
-    if target.meaning.kind == "enumeration" and kind_of_type(parameter.type) == "integer":
-        yield Use(file, parameter.line, "a value for an enumeration by its number", parameter.name)
-    own, theirs = unit_named(parameter.unit, values.units), target.meaning.definition
-    if own is not None and theirs is not None and (own.factor, own.offset) != (theirs.factor, theirs.offset):
-        yield Use(file, parameter.line, "a value in another unit than the FMU's", f"{parameter.name}, {parameter.unit}")
+def _of_set(network: Network, place: Place, values: ParameterSet, prefix: str) -> Iterator[Use]:
+    units = {unit.name: unit for unit in values.units}
+    for parameter in values.parameters:
+        if parameter.type == "Enumeration":
+            yield Use(values.file, parameter.line, "a value for an enumeration by its item", parameter.name)
+        for node in targets(network, place, f"{prefix}{parameter.name}") or ():
+            meaning = network.taken(node) if network.is_variable(node) else None
+            if meaning is None:
+                continue
+            if meaning.kind == "enumeration" and kind_of_type(parameter.type) == "integer":
+                yield Use(values.file, parameter.line, "a value for an enumeration by its number", parameter.name)
+            own, theirs = units.get(parameter.unit or ""), meaning.unit
+            if own is not None and theirs is not None and (own.factor, own.offset) != (theirs.factor, theirs.offset):
+                what = f"{parameter.name}, {parameter.unit}"
+                yield Use(values.file, parameter.line, "a value in another unit than the FMU's", what)

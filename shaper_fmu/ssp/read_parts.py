@@ -21,8 +21,8 @@ from shaper_fmu.ssp.document_parts import (
     Unit,
 )
 from shaper_fmu.ssp.names import PREFIXES, SSC, TYPES_2
+from shaper_fmu.units import BASE
 
-_EXPONENTS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _FLAGS = {"true": True, "1": True, "false": False, "0": False}
 _MAPPINGS = {f"{SSC}{kind}MappingTransformation": kind for kind in ("Boolean", "Integer", "Enumeration")}
 
@@ -122,7 +122,7 @@ class Reader:
         if base is None:
             self.problem(node, f"unit {name!r} has no BaseUnit")
             return Unit(name, **rest)
-        exponents = {symbol: self.integer(base, symbol, 0) or 0 for symbol in _EXPONENTS}
+        exponents = {symbol: self.integer(base, symbol, 0) or 0 for symbol in BASE}
         factor, offset = self.number(base, "factor", 1.0), self.number(base, "offset", 0.0)
         if factor == 0.0:
             self.problem(base, f"unit {name!r} has the factor 0")

@@ -1,114 +1,200 @@
-"""Laying the wires of a flattened system: which way values flow through a connection, and that each end has one source."""
+"""Laying the wires of a flattened system: both ends are there, values flow one way, and each end has one source.
+
+Which way they flow is what an FMU says of its variables, and the file of its other connectors. What the standard's table of
+connections does not have is told, but stops nothing as long as values can flow; so are types and units that do not fit, until they
+turn out to stop a value.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Literal
 
 from shaper_fmu.errors import nearest
-from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.ssp.document import Component, Connection, DictionaryReference, SystemElement
-from shaper_fmu.ssp.flatten import Flat, Place
+from shaper_fmu.ssp.findings import Weight
+from shaper_fmu.ssp.meaning import Meaning, completed, misfits
 from shaper_fmu.ssp.network import SOURCES, TARGETS, Network, Node, Wire
+from shaper_fmu.ssp.structure import Place, Structure
 
-Role = Literal["source", "target", "either"]
+_INWARD = ("input", "inout")
+_OUTWARD = ("calculatedParameter", "output", "local")
+_ALLOWED: dict[tuple[str, str], dict[str, tuple[str, ...]]] = {
+    ("system", "structuralParameter"): {"system": _OUTWARD, "element": ("structuralParameter", "parameter", *_INWARD)},
+    ("system", "parameter"): {"system": _OUTWARD, "element": ("parameter", *_INWARD)},
+    ("system", "input"): {"system": ("output", "local"), "element": _INWARD},
+    ("element", "constant"): {
+        "system": ("constant", *_OUTWARD),
+        "element": ("structuralParameter", "parameter", *_INWARD),
+    },
+    ("element", "calculatedParameter"): {"system": _OUTWARD, "element": ("parameter", *_INWARD)},
+    ("element", "output"): {"system": ("output", "local"), "element": _INWARD},
+    ("element", "local"): {"system": ("output", "local"), "element": _INWARD},
+    ("element", "inout"): {"system": ("output", "local"), "element": ("input",)},
+}
+"""The standard's table of allowed connections: owner and kind of the source -> owner -> kinds of the destination."""
+Drivers = dict[Node, list[tuple[Place, Node]]]
+"""Signal of a dictionary -> references through which something drives it, and what."""
 
 
-def make_network(flat: Flat, fmus: dict[str, Fmu]) -> Network:
-    """The wires of a flat system. Problems are in the result, with file and line."""
-    network = Network(flat, fmus)
-    for place in flat.places.values():
+@dataclass(frozen=True)
+class _End:
+    """An end of a connection: its node, whether values flow from it or to it, and what the standard's table asks for."""
+
+    node: Node
+    role: Literal["source", "target", "either"]
+    owner: str
+    kind: str
+
+    def feeds(self, other: _End) -> bool:
+        """Whether the table lets values go from here to the other end; a kind of "unspecified" is any."""
+        sources = [kind for owner, kind in _ALLOWED if owner == self.owner and self.kind in (kind, "unspecified")]
+        return any(other.kind == "unspecified" or other.kind in _ALLOWED[self.owner, kind].get(other.owner, ()) for kind in sources)
+
+    def __str__(self) -> str:
+        article = "an" if self.kind[:1].lower() in "aeiou" else "a"
+        return f"{article} {self.kind or 'unknown kind'} of {'the system' if self.owner == 'system' else 'an element'}"
+
+
+def make_network(structure: Structure) -> Network:
+    """The wires of a flat system."""
+    network, drivers = Network(structure), Drivers()
+    for place in structure.places.values():
         if isinstance(place.element, DictionaryReference):
             for connector in place.element.connectors:
-                signal = Node(place.dictionary, connector.name)
-                network.out_of.setdefault(signal, []).append(Wire(signal, Node(place.path, connector.name, "out"), place.scope))
-                network.into[Node(place.path, connector.name, "out")] = network.out_of[signal][-1]
-    for place in flat.systems():
+                signal, own = Node(place.dictionary, connector.name), Node(place.path, connector.name, "out")
+                if own not in network.into:
+                    network.add(Wire(signal, own, place.scope, connector.line, faults=_signal_faults(network, own)))
+    for place in structure.systems():
         assert isinstance(place.element, SystemElement)
         for connection in place.element.connections:
-            _lay(network, place, connection)
+            _lay(network, place, connection, drivers)
+    order = {path: i for i, path in enumerate(structure.places)}
+    for signal, found in drivers.items():
+        (_, first), *others = sorted(found, key=lambda item: order[item[0].path])
+        for place, source in others:
+            element, scope = place.element, place.scope
+            assert isinstance(element, DictionaryReference)
+            what = f"signal {signal.name!r} of the dictionary {element.dictionary!r} is driven twice"
+            ends = " and ".join(f"by {scope.label(node.path, node.name)}" for node in (first, source))
+            line = next(connector.line for connector in element.connectors if connector.name == signal.name)
+            scope.tell(line, f"{what}: {ends}")
     return network
 
 
-def _lay(network: Network, place: Place, connection: Connection) -> None:
+def _signal_faults(network: Network, node: Node) -> tuple[tuple[str, int, str], ...]:
+    return tuple(network.structure.signal_faults.get((node.path, node.name), ()))
+
+
+def _lay(network: Network, place: Place, connection: Connection, drivers: Drivers) -> None:
     """Lay the wire of a connection, in the direction that the connectors' kinds tell."""
-
-    def problem(words: str) -> None:
-        network.problems.append(place.scope.at(connection.line, words))
-
+    scope, line = place.scope, connection.line
+    for side, element in (("startElement", connection.start_element), ("endElement", connection.end_element)):
+        if element == "":  # as OMSimulator writes
+            words = f"connection with an empty {side}: leave the attribute out to name a connector of {scope.label(place.path)}"
+            scope.bear(line, words)
     ends = [
-        _end(network, place, element, connector, problem)
-        for element, connector in (
-            (connection.start_element or None, connection.start_connector),  # OMSimulator writes "" for the system itself
-            (connection.end_element or None, connection.end_connector),
+        _end(network, place, line, element or None, connector, indices)
+        for element, connector, indices in (
+            (connection.start_element, connection.start_connector, connection.start_indices),
+            (connection.end_element, connection.end_connector, connection.end_indices),
         )
     ]
-    first, last = ends
-    if first is None or last is None:
+    start, end = ends
+    if start is None or end is None:
         return
-    (start, role), (end, other) = first, last
+    what = " -> ".join(scope.label(one.node.path, one.node.name) for one in (start, end))
     if connection.start_indices or connection.end_indices:
-        problem(f"{start} -> {end}: connections of single elements of arrays are not read; name the elements' own variables")
+        scope.tell(line, f"{what}: connections of single elements of arrays are not read; name the elements' own variables")
         return
-    if role == other != "either":
-        both = "outputs" if role == "source" else "inputs"
-        problem(f"{start} and {end} are both {both} here, so nothing flows between them")
-        return
-    if role == "target" or (role == "either" and other == "source"):
+    stuck = start.role == end.role != "either"
+    if stuck or not (start.feeds(end) or end.feeds(start)):
+        scope.tell(line, f"{what}: {start} and {end} cannot be connected", Weight.LOAD if stuck else Weight.DEVIATION)
+        if stuck:
+            return
+    if start.role == "target" or (start.role == "either" and end.role == "source"):
         start, end = end, start
-    start, end = _side(network, start, "out"), _side(network, end, "in")
-    transformation, suppress = connection.transformation, connection.suppress_unit_conversion
-    _add(network, Wire(start, end, place.scope, connection.line, transformation, suppress), problem)
-    if end.side:
-        signal = Node(network.flat.places[end.path].dictionary, end.name)
-        _add(network, Wire(end, signal, place.scope, connection.line), problem)
+    _wire(network, place, connection, start.node, end.node, drivers)
+
+
+def _wire(network: Network, place: Place, connection: Connection, start: Node, end: Node, drivers: Drivers) -> None:
+    scope, line = place.scope, connection.line
+    names = [scope.label(node.path, node.name) for node in (start, end)]
+    one, other = (_meaning(network, place, node) for node in (start, end))
+    how, faults = (connection.transformation, connection.suppress_unit_conversion), []
+    if one is not None and other is not None:
+        faults = misfits(scope, line, " -> ".join(names), one, other, *how)
+    source, target = _side(network, start, "out"), _side(network, end, "in")
+    known = network.into.get(target)
+    if known is not None:
+        by = scope.label(known.source.path, known.source.name)
+        scope.tell(line, f"{names[1]} is driven twice: by {names[0]}, and by {by} in line {known.line}")
+        return
+    network.add(Wire(source, target, scope, line, *how, tuple(faults)))
+    if target.side:
+        reference = network.places[target.path]
+        signal = Node(reference.dictionary, target.name)
+        drivers.setdefault(signal, []).append((reference, start))
+        if signal not in network.into:
+            network.add(Wire(target, signal, scope, line, faults=_signal_faults(network, target)))
+
+
+def _meaning(network: Network, place: Place, node: Node) -> Meaning | None:
+    """What goes through a node, as the file of the connection sees it."""
+    found, theirs = network.places[node.path], network.meaning(node)
+    connector = found.component.connector(node.name) if found.component is not None and found is not place else None
+    if connector is None or connector.type is None or found.outer is None:
+        return theirs
+    what = f"connector {found.outer.label(node.path, node.name)}"
+    return completed(found.outer.meaning(connector.type, what, connector.line), theirs)
 
 
 def _side(network: Network, node: Node, side: str) -> Node:
-    place = network.flat.places[node.path]
-    return Node(node.path, node.name, side) if isinstance(place.element, DictionaryReference) else node
+    return Node(node.path, node.name, side) if isinstance(network.places[node.path].element, DictionaryReference) else node
 
 
-def _add(network: Network, wire: Wire, problem: Callable[[str], None]) -> None:
-    known = network.into.get(wire.target)
-    if known is not None:
-        problem(f"{wire.target} is already driven by {known.source} (line {known.line})")
-        return
-    network.into[wire.target] = wire
-    network.out_of.setdefault(wire.source, []).append(wire)
-
-
-def _end(
-    network: Network, place: Place, element: str | None, connector: str, problem: Callable[[str], None]
-) -> tuple[Node, Role] | None:
-    """The node at an end of a connection, and whether something flows from it or to it."""
+def _end(network: Network, place: Place, line: int, element: str | None, connector: str, indices: list[int]) -> _End | None:
+    """An end of a connection in the system at `place`; None if there is none, which is told."""
+    scope = place.scope
     path = place.path if element is None else f"{place.path}.{element}" if place.path else element
-    found = network.flat.places.get(path)
+    at = f"[{','.join(map(str, indices))}]" if indices else ""
+    what = f"connection to {scope.label(path, connector)}{at}"
+    found = network.places.get(path)
+    if found is None or (element is not None and found.parent != place.path):  # one further down that is named with its path
+        known = nearest(str(element), [inside.element.name for inside in network.structure.inside(place.path)])
+        weight = Weight.LOAD if found is None else Weight.DEVIATION
+        scope.tell(line, f"{what}: {scope.label(place.path)} has no element {element!r}.{known}", weight)
     if found is None:
-        inner = [inside.element.name for inside in network.flat.inside(place.path)]
-        problem(f"there is no element {element!r} in this system.{nearest(str(element), inner)}")
         return None
-    declared = found.element.connector(connector)
-    kind = declared.kind if declared is not None else None
+    declared = (found.component or found.element if element is not None else found.element).connector(connector)
+    own = found.element.connector(connector)
+    kind = own.kind if own is not None else None
     if isinstance(found.element, Component):
-        kind = _kind_of_variable(network, path, connector, problem) if path in network.fmus else None
-    elif kind is None:
-        known = [c.name for c in found.element.connectors]
-        problem(f"{Node(path, connector)}: there is no such connector.{nearest(connector, known)}")
+        kind = _causality(network, path, connector) if path in network.fmus else kind
+    told = isinstance(found.element, Component) and path not in network.fmus  # that its FMU cannot be read
+    weight = Weight.DEVIATION if kind is not None or told else Weight.LOAD
+    if declared is None:
+        names = [one.name for one in (found.component or found.element).connectors] or _ports(network, path)
+        scope.tell(line, f"{what}: {scope.label(path)} has no connector {connector!r}.{nearest(connector, names)}", weight)
+    elif kind is None and found.component is not None:
+        known = nearest(connector, [own.name for own in found.element.connectors])
+        scope.tell(line, f"{what}: the system in {found.component.source} has no connector {connector!r}.{known}")
     if kind is None:
         return None
-    role: Role = "source" if kind in SOURCES else "target" if kind in TARGETS else "either"
+    role = "source" if kind in SOURCES else "target" if kind in TARGETS else "either"
     if element is None and role != "either":  # a system's own connector is seen from inside
         role = "target" if role == "source" else "source"
-    return Node(path, connector), role
+    return _End(Node(path, connector), role, "element" if element is not None else "system", declared.kind if declared else kind)
 
 
-def _kind_of_variable(network: Network, path: str, name: str, problem: Callable[[str], None]) -> str | None:
+def _causality(network: Network, path: str, name: str) -> str | None:
     """The causality of the FMU's variable, whatever the file says: the flow is the FMU's."""
     fmu = network.fmus[path]
-    elements = fmu.elements_of(name)
-    if elements[0] not in fmu.variables:
-        known = [v.name for v in fmu.variables.values() if v.causality in ("input", "output")]
-        problem(f"{path}.{name}: {fmu.name} has no input or output {name!r}.{nearest(name, known)}")
-        return None
-    return str(fmu.variables[elements[0]].causality)
+    variable = fmu.variables.get(fmu.elements_of(name)[0])
+    return str(variable.causality) if variable is not None else None
+
+
+def _ports(network: Network, path: str) -> list[str]:
+    """The inputs and outputs of an FMU."""
+    variables = network.fmus[path].variables.values() if path in network.fmus else ()
+    return [str(variable.name) for variable in variables if variable.causality in ("input", "output")]

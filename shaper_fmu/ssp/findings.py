@@ -1,0 +1,77 @@
+"""What is found in an archive, each in its words, with file and line, and what follows from it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+Key = tuple[str, int, str]
+"""File, line (0: the file as a whole) and words."""
+
+
+class Weight(IntEnum):
+    """What follows from a finding."""
+
+    DEVIATION = 0
+    """It is not as the standard wants it, but does not stop a run, nor is anything ignored."""
+    NOTE = 1
+    """Something has no effect, or is not as it seems: each run notes it."""
+    RUN = 2
+    """The system can be read, but not be run as it is."""
+    LOAD = 3
+    """The system cannot be read."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One finding."""
+
+    file: str
+    line: int
+    words: str
+    weight: Weight
+
+    @property
+    def stops(self) -> bool:
+        """Whether it stops a run."""
+        return self.weight >= Weight.RUN
+
+    def __str__(self) -> str:
+        if not self.file:
+            return self.words
+        return f"{self.file}, line {self.line}: {self.words}" if self.line else f"{self.file}: {self.words}"
+
+
+@dataclass
+class Findings:
+    """All findings, each once, with the gravest weight that was told; `lost` are (file, line) where meaning could not be read."""
+
+    lost: set[tuple[str, int]] = field(default_factory=set)
+    _weights: dict[Key, Weight] = field(default_factory=dict)
+
+    def tell(self, file: str, line: int, words: str, weight: Weight) -> Key:
+        """Note a finding, unless meaning is lost in its line, which is told already."""
+        key = file, line, words
+        if (file, line) not in self.lost:
+            self._weights[key] = max(weight, self._weights.get(key, weight))
+        return key
+
+    def weigh(self, keys: Iterable[Key], weight: Weight) -> None:
+        """Make findings graver, which may be those of other findings."""
+        for file, line, words in keys:
+            self.tell(file, line, words, weight)
+
+    def add(self, others: Iterable[Finding], at_most: Weight = Weight.LOAD) -> None:
+        """Take over findings, as far as they are not here."""
+        for one in others:
+            key, weight = (one.file, one.line, one.words), min(one.weight, at_most)
+            self._weights[key] = max(weight, self._weights.get(key, weight))
+
+    def __iter__(self) -> Iterator[Finding]:
+        return (Finding(*key, weight) for key, weight in self._weights.items())
+
+    def texts(self, weight: Weight, upto: Weight = Weight.LOAD) -> list[str]:
+        """Those of this weight, or of one up to another, in words, sorted by file and line."""
+        found = sorted((one for one in self if weight <= one.weight <= upto), key=lambda one: (one.file, one.line))
+        return [str(one) for one in found]

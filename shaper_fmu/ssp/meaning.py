@@ -1,0 +1,190 @@
+"""What a value is: its kind, its unit and its items; by an SSP file's declarations, and by an FMU's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from shaper_fmu.errors import nearest
+from shaper_fmu.master.fmu import Fmu
+from shaper_fmu.master.variables import items_of, kind_of
+from shaper_fmu.ssp.document import ParameterSet, SignalDictionary, SystemDescription
+from shaper_fmu.ssp.document_parts import (
+    DataType,
+    Enumeration,
+    LinearTransformation,
+    MappingTransformation,
+    Transformation,
+    Unit,
+)
+from shaper_fmu.ssp.findings import Findings, Key, Weight
+from shaper_fmu.ssp.names import INTEGER_BITS, REAL_TYPES
+from shaper_fmu.units import BASE
+
+_NUMBERS = (("real", "real"), ("integer", "integer"), ("integer", "real"))
+Holder = SystemDescription | ParameterSet | SignalDictionary
+
+
+@dataclass
+class UnknownUnit(Unit):
+    """A unit of which nothing but the name is known: a base unit of its own, or the one that is called so.
+
+    `told` are the findings that say so: none if it is an FMU that does not define it.
+    """
+
+    told: tuple[Key, ...] = ()
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What a value is: its kind ("real", "integer", ...), unit and enumeration's items; None where they are not told."""
+
+    kind: str
+    unit: Unit | None = None
+    items: Mapping[str, int] | None = None
+
+
+@dataclass(frozen=True)
+class Scope:
+    """A file, with the units and enumerations that count in it; words name elements from its root system `root` on."""
+
+    file: str
+    root: str
+    findings: Findings = field(repr=False)
+    units: Mapping[str, Unit] = field(default_factory=dict)
+    enumerations: Mapping[str, Enumeration] = field(default_factory=dict)
+
+    @staticmethod
+    def of(holder: Holder, file: str, root: str, findings: Findings) -> Scope:
+        """The scope of a description, a dictionary or a parameter set; what it declares twice is told."""
+        scope = Scope(file, root, findings, {u.name: u for u in holder.units}, {e.name: e for e in holder.enumerations})
+        for what, found in (("unit", holder.units), ("enumeration", holder.enumerations)):
+            twice = repeated(item.name for item in found)
+            for item in {item.name: item for item in found if item.name in twice}.values():
+                scope.bear(item.line, f"{what} {item.name!r} is declared twice")
+        for enumeration in holder.enumerations:
+            for value in sorted(repeated(str(value) for value in enumeration.items.values())):
+                names = " and ".join(name for name, own in enumeration.items.items() if str(own) == value)
+                scope.bear(enumeration.line, f"enumeration {enumeration.name!r}: items {names} have the same value {value}")
+        return scope
+
+    def tell(self, line: int, words: str, weight: Weight = Weight.LOAD) -> Key:
+        """Note a finding in this file."""
+        return self.findings.tell(self.file, line, words, weight)
+
+    def bear(self, line: int, words: str) -> Key:
+        """Note a finding that does not keep the system from being run as it was meant."""
+        return self.tell(line, words, Weight.DEVIATION)
+
+    def label(self, path: str, name: str = "") -> str:
+        """How an element, or a connector of it, is called in words."""
+        if self.root and (path == self.root or path.startswith(f"{self.root}.")):
+            path = path[len(self.root) + 1 :]
+        return ".".join(filter(None, (path, name))) or "the system"
+
+    def unit(self, name: str | None, what: str, line: int) -> Unit | None:
+        """The unit of this name; that it is not declared is told."""
+        if name is None or name in self.units:
+            return None if name is None else self.units[name]
+        key = self.bear(line, f"{what}: unit {name!r} is not declared in Units.{nearest(name, self.units)}")
+        return UnknownUnit(name, {name: 1}, told=(key,))
+
+    def items(self, name: str | None, what: str, line: int) -> Mapping[str, int] | None:
+        """The items of the enumeration of this name; that it is not declared is told."""
+        if name is None or name in self.enumerations:
+            return None if name is None else self.enumerations[name].items
+        self.bear(line, f"{what}: enumeration {name!r} is not declared in Enumerations.{nearest(name, self.enumerations)}")
+        return None
+
+    def meaning(self, type_: DataType, what: str, line: int) -> Meaning:
+        """What a type of this file means."""
+        return Meaning(kind_of_type(type_.name), self.unit(type_.unit, what, line), self.items(type_.enumeration, what, line))
+
+
+def completed(own: Meaning | None, other: Meaning | None) -> Meaning | None:
+    """A meaning, and what it leaves open by another one of the same kind."""
+    if own is None or other is None or own.kind != other.kind:
+        return own or other
+    return Meaning(own.kind, own.unit or other.unit, own.items or other.items)
+
+
+def kind_of_type(name: str) -> str:
+    """The kind of an SSP type: real, integer, boolean, enumeration, string, binary or clock."""
+    return "real" if name in REAL_TYPES else "integer" if name in INTEGER_BITS else name.lower()
+
+
+def fmu_meaning(fmu: Fmu, name: str) -> Meaning:
+    """What an FMU's variable is, in the words of SSP; of an array, its first element."""
+    variable = fmu.variables[fmu.elements_of(name)[0]]
+    return Meaning(kind_of(variable), fmu_unit(fmu, str(variable.name)), items_of(variable) or None)
+
+
+def fmu_unit(fmu: Fmu, name: str) -> Unit | None:
+    """The unit of an FMU's variable; without a definition, its name alone."""
+    unit = fmu.unit_of(name)
+    if not unit:
+        return None
+    definition = fmu.unit_definition(unit)
+    base = definition.baseUnit if definition is not None else None
+    if base is None:
+        return UnknownUnit(unit, {unit: 1})
+    exponents = {symbol: int(getattr(base, symbol) or 0) for symbol in BASE}
+    return Unit(unit, {k: v for k, v in exponents.items() if v}, float(base.factor or 1.0), float(base.offset or 0.0))
+
+
+def units_differ(one: Unit | None, other: Unit | None) -> bool:
+    """Whether both are told, and of different kinds."""
+    if one is None or other is None or one.exponents == other.exponents:
+        return False
+    return one.name != other.name or not (isinstance(one, UnknownUnit) or isinstance(other, UnknownUnit))
+
+
+def misfits(
+    scope: Scope, line: int, what: str, source: Meaning, target: Meaning, transformation: Transformation | None, suppressed: bool
+) -> list[Key]:
+    """Tell why values of one meaning cannot become values of another. Returns the findings, or those that say it already."""
+    if isinstance(transformation, MappingTransformation):
+        return [scope.bear(transformation.line, words) for words in _table_misfits(what, transformation, source, target)]
+    words = None
+    if isinstance(transformation, LinearTransformation) and (source.kind, target.kind) not in _NUMBERS:
+        line = transformation.line or line
+        odd = source.kind if source.kind not in ("real", "integer") else target.kind
+        words = f"a linear transformation cannot be applied to {_a(odd)}"
+    elif source.kind != target.kind and (source.kind, target.kind) not in _NUMBERS:
+        words = f"{_a(source.kind)} cannot become {_a(target.kind)}"
+    elif source.items and target.items and source.items != target.items:
+        odd = next(item for item in {**source.items, **target.items} if source.items.get(item) != target.items.get(item))
+        words = f"the enumerations differ in {odd!r}; a mapping of items is needed"
+    elif not suppressed:
+        return unit_misfits(scope, line, source.unit, target.unit, "{what}: unit {one} does not convert to {other}", what=what)
+    return [scope.bear(line, f"{what}: {words}")] if words else []
+
+
+def unit_misfits(scope: Scope, line: int, one: Unit | None, other: Unit | None, words: str, **more: str) -> list[Key]:
+    """Tell that units are of different kinds; nothing if one is not declared, which is told already and returned."""
+    if one is None or other is None or not units_differ(one, other):
+        return []
+    told = [key for unit in (one, other) if isinstance(unit, UnknownUnit) for key in unit.told]
+    return told or [scope.bear(line, words.format(one=one.name, other=other.name, **more))]
+
+
+def _a(kind: str) -> str:
+    return f"{'an' if kind[:1].lower() in 'aeiou' else 'a'} {kind or 'unknown kind'}"
+
+
+def _table_misfits(what: str, table: MappingTransformation, source: Meaning, target: Meaning) -> Iterator[str]:
+    for side, meaning, items in (
+        ("source", source, [s for s, _ in table.entries]),
+        ("target", target, [t for _, t in table.entries]),
+    ):
+        if meaning.kind != table.kind.lower():
+            yield f"{what}: {_a(table.kind)}MappingTransformation, but the {side} is {_a(meaning.kind)}"
+        elif meaning.items is not None:
+            for item in dict.fromkeys(item for item in items if item not in meaning.items):
+                yield f"{what}: {item!r} is no item of the {side}'s enumeration.{nearest(item, meaning.items)}"
+
+
+def repeated(names: Iterable[str]) -> set[str]:
+    """Names that are there more than once."""
+    seen: set[str] = set()
+    return {name for name in names if name in seen or seen.add(name)}

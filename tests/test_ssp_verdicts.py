@@ -1,0 +1,180 @@
+"""One verdict: what `check` calls an error stops the reading or the run of an archive, in the same words, and nothing else does."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+
+import pytest
+from broken_archives import BROKEN, PLANT, PROFILE, PULSE, SHAPER
+from right_system import SSD, system_files, wrong_files
+from ssp_archives import binding, component, connection, connectors, ssd, ssv, system
+from wrong_systems import WRONG
+
+from shaper_fmu.archives import read_archive, write_archive
+from shaper_fmu.errors import ArchiveError, ModelError, ShaperFmuError
+from shaper_fmu.master.simulation import number_of_steps
+from shaper_fmu.ssp.archive import load_ssp, variants
+from shaper_fmu.ssp.check import file_findings
+from shaper_fmu.ssp.findings import Finding, Weight
+from shaper_fmu.ssp.loaded import SspSystem
+from shaper_fmu.ssp.parameter_sets import apply_parameter_set
+
+OF_THE_FMU = ("the FMU's m", "no finite number")
+"""Values outside of its limits an FMU may refuse when it runs, as ours do, or take."""
+WEIGHTS = {"load": Weight.LOAD, "run": Weight.RUN}
+
+
+@pytest.fixture(scope="module")
+def right(fmus) -> dict[str, bytes]:
+    return system_files(fmus)
+
+
+@pytest.fixture(scope="module")
+def parts(fmus) -> dict[str, bytes]:
+    return {f"resources/{name}.fmu": (fmus / f"{name}.fmu").read_bytes() for name in (PLANT, PULSE, PROFILE, SHAPER)}
+
+
+def broken(name: str, parts: dict[str, bytes]) -> dict[str, bytes]:
+    """The files of an archive of broken_archives.py."""
+    case = BROKEN[name]
+    files = {**parts, SSD: ssd(case.root, case.version), **case.files}
+    if case.change is not None:
+        case.change(files)
+    return files
+
+
+def run(loaded: SspSystem) -> None:
+    """What the command does, as far as it is checked, and a first step."""
+    structure = loaded.structure
+    start, stop, step = structure.start_time or 0.0, structure.stop_time or 1.0, structure.step_size or 0.01
+    number_of_steps(loaded.system, start, stop, step)
+    loaded.simulate(start + step, step, start_time=start)
+
+
+def doors(files: dict[str, bytes], path: Path) -> tuple[list[str], bool]:
+    """What loading any of the variants says, and whether a run of the first one is refused, as it is or with one of its sets."""
+    said, refused = [], False
+    write_archive(path, files)
+    for i, variant in enumerate(variants(files)):
+        try:
+            loaded = load_ssp(path, variant)
+        except ModelError as error:
+            said += error.problems
+            continue
+        except ArchiveError as error:
+            said.append(str(error))
+            continue
+        told = {str(finding) for finding in file_findings(files)}
+        assert {str(finding) for finding in loaded.findings} <= told
+        if i == 0:
+            with contextlib.suppress(StopIteration):
+                refused = _is_refused(loaded, path)
+    return said, refused
+
+
+def _is_refused(loaded: SspSystem, path: Path) -> bool:
+    try:
+        run(loaded)
+        for name in loaded.parameter_sets:
+            apply_parameter_set(load_ssp(path), name)
+    except ShaperFmuError:
+        return True
+    return False
+
+
+def check_doors(files: dict[str, bytes], path: Path) -> list[Finding]:
+    """Compare the findings with what loading and running say; returns them."""
+    found = file_findings(files)
+    said, refused = doors(files, path)
+    assert sorted(set(said)) == sorted({str(finding) for finding in found if finding.weight == Weight.LOAD})
+    if not said and not any(words in finding.words for finding in found for words in OF_THE_FMU):
+        assert refused == any(finding.weight == Weight.RUN for finding in found)
+    return found
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_check_calls_an_error_stops_a_wrong_system(right, tmp_path, name):
+    assert check_doors(wrong_files(WRONG[name], right), tmp_path / "wrong.ssp")
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_what_check_calls_an_error_stops_a_broken_archive(parts, tmp_path, name):
+    """And what it calls a note is told and does not; nothing else is told."""
+    found = check_doors(broken(name, parts), tmp_path / "broken.ssp")
+    left = list(found)
+    for words, weight in BROKEN[name].found.items():
+        (one,) = [finding for finding in found if words in str(finding)]
+        assert one.weight == WEIGHTS.get(weight, one.weight)
+        assert one.stops == (weight in WEIGHTS)
+        left.remove(one)
+    assert [str(one) for one in left if one.stops] == []
+
+
+def load(parts: dict[str, bytes], folder: Path, root: str, **files: bytes) -> SspSystem:
+    content = {key.replace("__", "/").replace("_", "."): value for key, value in files.items()}
+    return load_ssp(write_archive(folder / "x.ssp", {**parts, SSD: ssd(root), **content}))
+
+
+def test_notes_tell_what_is_borne(parts, tmp_path):
+    """A value that nothing takes in full, the rest in one note; and all of it as findings."""
+    loaded = load(parts, tmp_path, system("", component("train", PULSE) + component("plant", PLANT, binding("mas Real 1")), connection("train.pulse", "plant.force")))  # fmt: skip
+    value, rest = loaded.notes
+    assert value.endswith("parameter mas: plant has nothing called 'mas', so the value has no effect. Did you mean 'mass'?")
+    assert rest.startswith("x.ssp is not to the standard, but can be run ('shaper-fmu check' tells all): SystemStructure.ssd, line")
+    assert "train has no connector 'pulse'" in rest
+    assert "plant has no connector 'force'" in rest
+    assert [finding.weight for finding in loaded.findings if "has no connector" in finding.words] == [Weight.DEVIATION] * 2
+
+
+def test_a_source_counts_more_than_what_is_inline(parts, tmp_path):
+    """SSP 1.0, section 5.4.5: values are inline only if there is no source."""
+    both = binding("mass Real 2").replace("<ssd:ParameterBinding", '<ssd:ParameterBinding source="p.ssv"')
+    loaded = load(parts, tmp_path, system("", component("plant", PLANT, both)), p_ssv=ssv("mass Real 3").encode())
+    assert loaded.system.start_values["plant"]["mass"] == 3.0
+    assert any("parameter binding of plant has both a source and values inline" in note for note in loaded.notes)
+
+
+def test_a_set_inside_an_fmu_is_found(parts, tmp_path):
+    """`sourceBase="component"`: relative to the component, which is the FMU, not its path in the archive."""
+    path = f"resources/{PLANT}.fmu"
+    inner = {**read_archive(parts[path], path), "resources/own.ssv": ssv("mass Real 7").encode()}
+    files = {**parts, path: write_archive(tmp_path / "plant.fmu", inner).read_bytes()}
+    bound = '<ssd:ParameterBinding source="resources/own.ssv" sourceBase="component"/>'
+    loaded = load(files, tmp_path, system("", component("plant", PLANT, bound)))
+    assert loaded.system.start_values["plant"]["mass"] == 7.0
+    assert loaded.findings == ()
+    assert file_findings({**files, SSD: ssd(system("", component("plant", PLANT, bound)))}) == []
+
+
+def test_units_of_one_name_that_two_files_define_otherwise_are_told(parts, tmp_path):
+    """The FMU's N is kg m/s2, the description's is here m: no conversion is made up, and it is no secret."""
+    root = system(connectors("force input N"), component("plant", PLANT), connection("force", "plant.force"))
+    text = ssd(root).replace(b'<ssc:BaseUnit kg="1" m="1" s="-2"/>', b'<ssc:BaseUnit m="1"/>')
+    loaded = load_ssp(write_archive(tmp_path / "x.ssp", {**parts, SSD: text}))
+    assert any("force -> plant.force: unit N does not convert to N" in str(finding) for finding in loaded.findings)
+
+
+def test_a_run_of_no_length_is_no_error(parts, tmp_path):
+    """The master takes it; the check says that the end is not after the beginning."""
+    text = ssd(system("", component("plant", PLANT))).replace(b'stopTime="1"', b'stopTime="0"')
+    (found,) = file_findings({**parts, SSD: text})
+    assert (found.weight, "stopTime = 0 s is not after startTime = 0 s" in found.words) == (Weight.DEVIATION, True)
+    load_ssp(write_archive(tmp_path / "x.ssp", {**parts, SSD: text})).simulate(0.0, 0.1)
+
+
+def test_a_description_in_itself_is_refused_by_both(parts, tmp_path):
+    part = '<ssd:Component name="{}" type="application/x-ssp-definition" source="SystemStructure.ssd"/>'
+    for names, words in (("a", "system 'a' is nested deeper than 32 levels, or in itself"), ("ab", "more than 20000 elements")):
+        files = {**parts, SSD: ssd(system("", "".join(part.format(name) for name in names)))}
+        assert words in " ".join(str(finding) for finding in check_doors(files, tmp_path / "x.ssp") if finding.stops)
+
+
+def test_a_fault_of_a_part_is_told_once_under_its_file(parts):
+    """Whether it is read as a variant of its own or as a part of another: in the words of its file."""
+    inner = ssd(system(connectors("f input"), component("plant", PLANT), connection("f", "plant.forze")))
+    kind = 'type="application/x-ssp-definition"'
+    twice = "".join(f'<ssd:Component name="{name}" {kind} source="part.ssd"/>' for name in ("one", "two"))
+    found = [str(finding) for finding in file_findings({**parts, SSD: ssd(system("", twice)), "part.ssd": inner}) if finding.stops]
+    assert len(found) == 1
+    assert found[0].startswith("part.ssd, line 3: connection to plant.forze: plant has no connector 'forze'.")
