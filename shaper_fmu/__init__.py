@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from shaper_fmu.master.metrics import Effort, Envelope, Final, Overshoot, Peak, Residual, SettlingTime
     from shaper_fmu.master.results import Results
     from shaper_fmu.master.simulation import Simulation
-    from shaper_fmu.master.system import System
     from shaper_fmu.registry import components, find_component
+    from shaper_fmu.ssp.system import System
     from shaper_fmu.sweep.engine import run_study
     from shaper_fmu.sweep.store import Store
     from shaper_fmu.sweep.study import Study, read_study
@@ -58,7 +58,7 @@ _HOMES = {
     "master.metrics": ["Effort", "Envelope", "Final", "Overshoot", "Peak", "Residual", "SettlingTime"],
     "master.results": ["Results"],
     "master.simulation": ["Simulation"],
-    "master.system": ["System"],
+    "ssp.system": ["System"],
     "design.profiles": ["Profile", "profile"],
     "design.pulses": ["carrier_pulses", "minimax_pulses", "polished_pulses", "unity_magnitude_pulses", "zv_carrier_pulses"],
     "design.pulse_sequence": ["PulseSequence"],

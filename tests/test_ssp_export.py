@@ -13,10 +13,10 @@ from test_cli import command
 from test_native_interoperability import PACKAGES, require
 from test_native_interoperability import pytestmark as where_the_masters_run
 
+from shaper_fmu import System
 from shaper_fmu.archives import read_archive
 from shaper_fmu.errors import ModelError, StudyError
 from shaper_fmu.export.build import build_fmu
-from shaper_fmu.master.system import System
 from shaper_fmu.registry import find_component
 from shaper_fmu.ssp.archive import load_ssp, pack_ssp
 from shaper_fmu.ssp.parameter_sets import apply_parameter_set

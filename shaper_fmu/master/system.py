@@ -240,15 +240,6 @@ class System:
         with Simulation(self, record=options.pop("record", None), metrics=options.pop("metrics", None)) as simulation:
             return simulation.run(stop_time, step, **options)
 
-    def to_ssp(self, path: Path | str, **options: Any) -> Path:
-        """Write the system as an SSP archive that other tools run; see `write_system` in ssp/export.py for the options.
-
-        `stop_time`, `step` [s] and `algorithm` become the archive's default experiment.
-        """
-        from shaper_fmu.ssp.export import write_system
-
-        return write_system(self, path, **options)
-
     def signal_order(self, passing: Collection[str] | None = None) -> tuple[list[Port], list[Loop]]:
         """Connected inputs in the order in which values spread at initialization, and the algebraic loops.
 

@@ -9,13 +9,13 @@ from typing import Any
 from shaper_fmu.errors import ModelError, nearest
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.signals import Interpolation
-from shaper_fmu.master.system import System
 from shaper_fmu.ssp.conversion import IDENTITY, Affine
 from shaper_fmu.ssp.document import Parameter, ParameterSet, SystemDescription
 from shaper_fmu.ssp.findings import Finding, Findings, Weight
 from shaper_fmu.ssp.network import TARGETS, Network, Node
 from shaper_fmu.ssp.parameters import known_names, settings_of, targets
 from shaper_fmu.ssp.resolve import start_values_of
+from shaper_fmu.ssp.system import System
 
 _TYPES = {bool: "Boolean", int: "Integer", float: "Real", str: "String"}
 

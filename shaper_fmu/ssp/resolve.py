@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from shaper_fmu.errors import ModelError
-from shaper_fmu.master.system import System
 from shaper_fmu.ssp.connectors import flatten
 from shaper_fmu.ssp.conversion import IDENTITY
 from shaper_fmu.ssp.document import SystemDescription
@@ -22,6 +21,7 @@ from shaper_fmu.ssp.findings import Findings, Weight
 from shaper_fmu.ssp.network import TARGETS, Network, Node, WireError
 from shaper_fmu.ssp.parameters import Settings, collect_settings
 from shaper_fmu.ssp.read import read_description
+from shaper_fmu.ssp.system import System
 from shaper_fmu.ssp.wires import make_network
 
 

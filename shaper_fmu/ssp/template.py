@@ -13,7 +13,7 @@ from shaper_fmu.kinds.shapers import Shaper
 from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.system import System
 from shaper_fmu.master.variables import TRANSFERABLE, kind_of
-from shaper_fmu.ssp.export import parameter_set
+from shaper_fmu.ssp.export import parameter_set, write_system
 from shaper_fmu.ssp.write import write_parameter_set
 
 _OUTPUTS = {"m": "position", "m/s": "velocity", "m/s2": "acceleration"}
@@ -70,7 +70,8 @@ def write_template(
     step = rounded_step(period / _STEPS)
     stop_time = step * math.ceil(stop_time / step)
     unshaped = write_parameter_set(parameter_set(system, {"shaper.shaper": "none"}, "unshaped"))
-    written = system.to_ssp(
+    written = write_system(
+        system,
         path,
         stop_time=stop_time,
         step=step,

@@ -14,7 +14,7 @@ from shaper_fmu.export.native.toolchain import has_toolchain
 from shaper_fmu.export.start_values import with_start_values
 from shaper_fmu.master.system import System
 from shaper_fmu.registry import find_component
-from shaper_fmu.ssp.export import parameter_set
+from shaper_fmu.ssp.export import parameter_set, write_system
 from shaper_fmu.ssp.template import rounded_step
 from shaper_fmu.ssp.write import write_parameter_set
 from shaper_fmu.tune.boxes import ModeBox
@@ -110,7 +110,8 @@ def _write_system(tuning: Tuning, folder: Path) -> Path:
     stop_time = step * math.ceil((tuning.command.end + tuning.candidate.delay + _PERIODS * slowest) / step)
     caveat = f"{tuning.caveat}. " if tuning.caveat else ""
     unshaped = write_parameter_set(parameter_set(system, {f"{SHAPER}.shaper": "none"}, "unshaped"))
-    return system.to_ssp(
+    return write_system(
+        system,
         folder / ARCHIVE,
         stop_time=stop_time,
         step=step,
