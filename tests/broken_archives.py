@@ -62,12 +62,12 @@ BROKEN: dict[str, Broken] = {
     # what the check saw, and the run bore in silence
     "a connector not declared": Broken(
         system("", component("train", PULSE) + MASS, PUSHED),
-        {"connection to train.pulse: train has no connector 'pulse'. Did you mean 'pulse'?": "note"},
+        {"connection to train.pulse: train has no connector 'pulse'.": "note"},
     ),
     "an input with a value outside its limits": Broken(
         one(binding("mass Real -1")),
         {
-            "parameter mass -> plant.mass = -1 kg is less than the FMU's minimum 2.2250738585072014e-308 kg": "note",
+            "parameter mass -> plant.mass = -1 kg is less than the FMU's minimum": "note",
         },
     ),
     "two dictionaries of one name": Broken(

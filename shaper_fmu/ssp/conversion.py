@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from shaper_fmu.errors import ModelError
-from shaper_fmu.ssp.document_parts import LinearTransformation, MappingTransformation, Transformation, Unit
+from shaper_fmu.ssp.document_parts import LinearTransformation, Transformation, Unit
 
 Affine = tuple[float, float]
 """Gain and offset: target = gain * source + offset."""
@@ -93,13 +93,6 @@ def affine_of(values: Sequence[int], targets: Sequence[int]) -> Affine | None:
     gain = (upto - to) / (last - first) if last != first else 0.0
     offset = to - gain * first
     return (gain, offset) if all(gain * value + offset == target for value, target in pairs) else None
-
-
-def is_identity(transformation: Transformation | None) -> bool:
-    """Whether it leaves every value as it is."""
-    if isinstance(transformation, MappingTransformation):
-        return all(source == target for source, target in transformation.entries)
-    return transformation is None or (transformation.factor, transformation.offset) == IDENTITY
 
 
 def _name_of(value: Scalar, items: Mapping[str, int] | None) -> str:

@@ -174,7 +174,9 @@ def _end(network: Network, place: Place, line: int, element: str | None, connect
     told = isinstance(found.element, Component) and path not in network.fmus  # that its FMU cannot be read
     weight = Weight.DEVIATION if kind is not None or told else Weight.LOAD
     if declared is None:
-        names = [one.name for one in (found.component or found.element).connectors] or _ports(network, path)
+        names = [one.name for one in (found.component or found.element).connectors] or (
+            _ports(network, path) if kind is None else []
+        )
         scope.tell(line, f"{what}: {scope.label(path)} has no connector {connector!r}.{nearest(connector, names)}", weight)
     elif kind is None and found.component is not None:
         known = nearest(connector, [own.name for own in found.element.connectors])
