@@ -38,11 +38,11 @@ output = "{name}.sum"
 CALLS = ("instantiate", "setup", "enter", "get", "exit", "step", "terminate", "free")
 
 
-def archive(folder: Path, name: str) -> Path:
+def archive(folder: Path, name: str, description: str = DESCRIPTION) -> Path:
     """A system of one FMU, whose instance is called so: that is what it does, and when."""
     made = library("disturbing2")
     with zipfile.ZipFile(folder / "x.fmu", "w") as archive:
-        archive.writestr("modelDescription.xml", DESCRIPTION)
+        archive.writestr("modelDescription.xml", description)
         archive.write(made, f"binaries/{fmpy.platform}/{made.name}")
     with zipfile.ZipFile(folder / "x.ssp", "w") as archive:
         archive.writestr("SystemStructure.ssd", STRUCTURE.format(name))
@@ -92,3 +92,20 @@ def test_wrote_is_not_said_of_a_file_that_is_gone(tmp_path, monkeypatch):
     done = typed("run", "x.ssp", "--stop-time", "1", "--step", "0.1", "--output", "r.csv", cwd=tmp_path)
     assert (done.returncode, told(done.stdout)) == (1, [])
     assert "r.csv: was written, but is not there any more" in done.stderr
+
+
+SWINGING = DESCRIPTION.replace(
+    "</ModelVariables>",
+    """<ScalarVariable name="position" valueReference="2" causality="output" variability="continuous"><Real/></ScalarVariable>
+  </ModelVariables>""",
+).replace("<Outputs>", '<Outputs><Unknown index="3" dependencies=""/>')
+
+
+@pytest.mark.parametrize("call", ["instantiate", "step", "free"])
+def test_what_tune_writes_is_where_the_user_is(tmp_path, call):
+    archive(tmp_path, f"directory_{call}", SWINGING)
+    names = ["--input", f"directory_{call}.input", "--output", f"directory_{call}.position"]
+    done = typed("tune", "x.ssp", *names, "--output-folder", "tuned", cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert {"tuned/report.html", "tuned/tuning.json"} <= set(told(done.stdout))
+    assert all((tmp_path / name).is_file() for name in told(done.stdout))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
@@ -10,6 +11,7 @@ from typing import Any
 
 import msgspec
 
+from shaper_fmu.archives import read_file
 from shaper_fmu.errors import ModelError, StudyError
 from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.notes import coupling_notes, system_notes
@@ -21,6 +23,7 @@ from shaper_fmu.master.variables import own_start
 from shaper_fmu.ssp.archive import SspSystem, load_ssp
 from shaper_fmu.sweep.engines import Engine, Processes, Serial
 from shaper_fmu.sweep.job import Job
+from shaper_fmu.sweep.plan import Value
 from shaper_fmu.sweep.refine import points_to_add
 from shaper_fmu.sweep.store import Run, Store, Task
 from shaper_fmu.sweep.study import Study, check_study
@@ -30,6 +33,11 @@ Progress = Callable[[int, int, int], None]
 """Called now and then with the number of runs that are done, that have failed, and of all runs."""
 
 _ROUNDS = 60
+_MOST_ADDED, _TIMES_ADDED = 10_000, 10
+"""A refinement adds so many runs at most, or so many times as many as were planned, if that is more."""
+
+Point = tuple[str, tuple[Value, ...]]
+"""A case, and the varied values."""
 
 
 def run_study(
@@ -51,12 +59,25 @@ def run_study(
             opened.retry_failed()
         _run_planned(opened, job, engine, progress)
         for _ in range(_ROUNDS if study.refine is not None else 0):
-            if not opened.add(points_to_add(study, opened)):
+            if not opened.add(_within_limit(points_to_add(study, opened), opened)):
                 break
             _run_planned(opened, job, engine, progress)
         if not engine.reuses:
             opened.note("instances", "a reset of these FMUs leaves something behind: every run had fresh instances")
         return opened.counts()
+
+
+def _within_limit(points: list[Point], opened: Store) -> list[Point]:
+    """As many of these points of a refinement as may be added; where that is not all, the store says so."""
+    most = max(_MOST_ADDED, _TIMES_ADDED * opened.study().count)
+    left = most - opened.added()
+    if len(points) > left:
+        words = (
+            f"the refinement was ended after {most} added runs, more than which none may add: some intervals in which the metric "
+            "crosses the level are longer than refine.width. A metric that crosses it in many places needs a finer grid instead"
+        )
+        opened.note("refine", words)
+    return points[: max(0, left)]
 
 
 def _notes_of(loaded: SspSystem, job: Job) -> tuple[str, ...]:
@@ -162,11 +183,22 @@ def provenance_of(loaded: SspSystem) -> dict[str, Any]:
 
 
 def load_stored_system(store: Store) -> SspSystem:
-    """The system whose runs a store holds. Raises StudyError if it has changed since, so that it would tell another story."""
-    loaded = load_ssp(store.study().system_path)
-    if provenance_of(loaded) != store.provenance():
-        raise StudyError(f"{store.path}: its runs are of another {store.study().system_path.name} or another version; sweep again")
-    return loaded
+    """The system whose runs a store holds: where it was when they were done, or with the store, if both were moved.
+
+    Raises StudyError if it is not there, or has changed since, so that it would tell another story.
+    """
+    study, provenance = store.study(), store.provenance()
+    folder, name = store.path.resolve().parent, Path(study.system)
+    places = list(dict.fromkeys([study.system_path, folder / name, folder / name.name, folder.parent / name]))
+    there = [place for place in places if place.is_file()]
+    if not there:
+        raise StudyError(f"{store.path}: there is no system {study.system} in {study.folder}, nor beside the store; put it there")
+    for place in there:
+        if hashlib.sha256(read_file(place)).hexdigest() == provenance.get("system"):
+            loaded = load_ssp(place)
+            if provenance_of(loaded) == provenance:
+                return loaded
+    raise StudyError(f"{store.path}: its runs are of another {study.system_path.name} or another version; sweep again")
 
 
 def simulate_run(simulation: Simulation, study: Study, run: Run, start_time: float = 0.0) -> Results:

@@ -225,7 +225,11 @@ class Store:
         return {**counts, "planned": planned} if planned else counts
 
     def _total(self) -> int:
-        return self._study.count + self._rows("SELECT count(*) FROM added")[0][0]
+        return self._study.count + self.added()
+
+    def added(self) -> int:
+        """Number of runs that refinements have added to the plan."""
+        return self._rows("SELECT count(*) FROM added")[0][0]
 
     def runs(self, status: str | None = None) -> list[Run]:
         """The runs in the plan's order, all or those of one status."""

@@ -1,4 +1,4 @@
-/* An FMU of FMI 2.0 that adds up input / 3, and changes the state of its process. Its instance's name tells what and in which call:
+/* An FMU of FMI 2.0 that adds up input / 3, swings behind its input (2 pi rad/s, damping ratio 0.05), and changes the state of its process. Its instance's name tells what and in which call:
    "upward_step" rounds upwards from the first step on. */
 
 #define _GNU_SOURCE
@@ -20,7 +20,7 @@
 
 typedef struct {
     char name[64];
-    double input, sum;
+    double input, sum, position, velocity;
 } Instance;
 
 static void heard(int signal) {}
@@ -107,13 +107,14 @@ CALL(EnterInitializationMode(fmi2Component c), "enter")
 CALL(ExitInitializationMode(fmi2Component c), "exit")
 CALL(Terminate(fmi2Component c), "terminate")
 EXPORT fmi2Status fmi2Reset(fmi2Component c) {
-    ((Instance *)c)->sum = 0.0;
+    Instance *self = c;
+    self->sum = self->position = self->velocity = 0.0;
     at(c, "reset");
     return fmi2OK;
 }
 EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[]) {
     for (size_t i = 0; i < n; i++)
-        values[i] = vr[i] == 0 ? ((Instance *)c)->input : ((Instance *)c)->sum;
+        values[i] = vr[i] == 0 ? ((Instance *)c)->input : vr[i] == 1 ? ((Instance *)c)->sum : ((Instance *)c)->position;
     at(c, "get");
     return fmi2OK;
 }
@@ -122,9 +123,17 @@ EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], si
     at(c, "set");
     return fmi2OK;
 }
+static void swing(Instance *self, double h) { /* exact for a constant input */
+    const double frequency = 6.283185307179586, decay = 0.05 * frequency, damped = frequency * sqrt(1.0 - 0.05 * 0.05);
+    double x = self->position - self->input, v = self->velocity, a = (v + decay * x) / damped;
+    double fade = exp(-decay * h), c = cos(damped * h), s = sin(damped * h);
+    self->position = self->input + fade * (x * c + a * s);
+    self->velocity = fade * (v * c - (decay * a + damped * x) * s);
+}
 EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_going_back) {
     Instance *self = c;
     self->sum += (self->input + t) * h / 3.0;
+    swing(self, h);
     at(c, "step");
     return fmi2OK;
 }
