@@ -6,7 +6,7 @@ import posixpath
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import TypeVar
 from urllib.parse import unquote
 
 from shaper_fmu.archives import read_archive
@@ -17,15 +17,10 @@ from shaper_fmu.ssp.read_parts import PartlyRead
 from shaper_fmu.ssp.schemas import schema_problems
 
 T = TypeVar("T")
-U = TypeVar("U", covariant=True)
+Reader = Callable[[bytes, str], T]
+"""A function of read.py."""
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):")
 _PROBLEM = re.compile(r"(.*?), line (\d+): (.*)", re.DOTALL)
-
-
-class Read(Protocol[U]):
-    """A function of read.py."""
-
-    def __call__(self, content: bytes, file: str, /) -> U: ...
 
 
 class Files:
@@ -52,14 +47,22 @@ class Files:
         tell(f"{source!r} is missing in the archive.{nearest(found, self.content) if found else ''}")
         return None
 
-    def read(self, path: str, read: Read[T], content: bytes | None = None) -> T | None:
+    def read(self, path: str, read: Reader[T], content: bytes | None = None) -> T | None:
         """A file's document, as far as it can be read; None if that is nothing, which is told. `content` if it is elsewhere."""
         if path not in self.seen:
             self.seen[path] = self._validated(self.content[path] if content is None else content, path, read)
         return self.seen[path]  # pyright: ignore[reportReturnType]
 
     def document(
-        self, scope: Scope, line: int, what: str, source: str | None, inline: T | None, parts: str, read: Read[T], lacking: Weight
+        self,
+        scope: Scope,
+        line: int,
+        what: str,
+        source: str | None,
+        inline: T | None,
+        parts: str,
+        read: Reader[T],
+        lacking: Weight,
     ) -> T | None:
         """What a source names, or else what is inline; None if there is nothing, which is told (`lacking`: if both are missing)."""
         if source is not None and inline is not None:
@@ -80,7 +83,7 @@ class Files:
             return
         self.content.update({f"{archive}/{name}": content for name, content in inner.items()})
 
-    def _validated(self, content: bytes, path: str, read: Read[T]) -> T | None:
+    def _validated(self, content: bytes, path: str, read: Reader[T]) -> T | None:
         """Findings are the schema's, and the reader's at lines of which the schema says nothing; where the reader has any, meaning
         is lost."""
         try:

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from shaper_fmu.errors import ModelError
-from shaper_fmu.master.variables import items_of, kind_of
+from shaper_fmu.master.variables import items_of, kind_of, possible_values
 from shaper_fmu.ssp.conversion import IDENTITY, Affine, affine_of, after, unit_conversion, value_table
 from shaper_fmu.ssp.document import LinearTransformation, MappingTransformation, SystemElement, Transformation, Unit
 from shaper_fmu.ssp.findings import Findings, Key, Weight
@@ -20,7 +20,6 @@ from shaper_fmu.ssp.structure import Structure
 SOURCES = ("output", "calculatedParameter", "constant", "local")
 TARGETS = ("input", "parameter", "structuralParameter")
 """Kinds of connectors from which, and to which, values flow; seen from outside of their element."""
-_MOST_VALUES = 4096
 
 
 @dataclass(frozen=True)
@@ -222,15 +221,7 @@ class Network:
 
     def _values(self, node: Node) -> list[int]:
         """All values that a variable can have; none if they are too many, or not known."""
-        if not self.is_variable(node):
-            return []
-        variable, items = self.variable(node), self.items(node)
-        if kind_of(variable) == "boolean":
-            return [0, 1]
-        if items:
-            return list(items.values())
-        low, high = (None if bound is None else int(str(bound)) for bound in (variable.min, variable.max))
-        return [] if low is None or high is None or high - low >= _MOST_VALUES else list(range(low, high + 1))
+        return sorted(possible_values(self.variable(node))) if self.is_variable(node) else []
 
 
 def _named_integers(wires: list[Wire]) -> list[int]:

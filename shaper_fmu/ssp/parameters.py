@@ -35,7 +35,7 @@ from shaper_fmu.ssp.document import (
     SystemElement,
 )
 from shaper_fmu.ssp.document_parts import Unit
-from shaper_fmu.ssp.files import Read, file_inside
+from shaper_fmu.ssp.files import Reader, file_inside
 from shaper_fmu.ssp.findings import Findings, Key, Weight
 from shaper_fmu.ssp.meaning import Meaning, Scope, kind_of_type, misfits, repeated
 from shaper_fmu.ssp.names import INTEGER_BITS, MAPPING_TYPE, REAL_TYPES, SET_TYPE
@@ -149,7 +149,7 @@ def _document(
     what: str,
     inside: str,
     inline: T | None,
-    read: Read[T],
+    read: Reader[T],
 ) -> T | None:
     """What a reference's source names, in the archive or in the FMU; or else what is inline."""
     source, line, files = reference.source, reference.line, network.structure.files

@@ -7,6 +7,8 @@ Every function raises ArchiveError for what is not well-formed XML or has a docu
 
 from __future__ import annotations
 
+from typing import Any
+
 from lxml import etree
 
 from shaper_fmu.errors import ModelError
@@ -15,9 +17,12 @@ from shaper_fmu.ssp.document import (
     Connection,
     Connector,
     DefaultExperiment,
+    DictionaryEntry,
     DictionaryReference,
     DictionarySource,
+    MappingEntry,
     MappingReference,
+    Parameter,
     ParameterBinding,
     ParameterMapping,
     ParameterSet,
@@ -25,11 +30,12 @@ from shaper_fmu.ssp.document import (
     SystemDescription,
     SystemElement,
 )
-from shaper_fmu.ssp.names import DICTIONARY_TYPE, FMU_TYPE, MAPPING_TYPE, SET_TYPE, SSB, SSD, SSM, SSV, USUAL_PREFIXES
-from shaper_fmu.ssp.read_parts import DIMENSION, TRANSFORMATION_TAGS, TYPE_TAGS, Reader, elements, local, raw
-from shaper_fmu.ssp.read_values import file_fields, parameter_mapping, parameter_set, signal_dictionary
+from shaper_fmu.ssp.document_parts import DataType
+from shaper_fmu.ssp.names import DICTIONARY_TYPE, FMU_TYPE, MAPPING_TYPE, SET_TYPE, SSB, SSD, SSM, SSV, TYPES_2, USUAL_PREFIXES
+from shaper_fmu.ssp.read_parts import DIMENSION, TRANSFORMATION_TAGS, TYPE_TAGS, Reader, elements, local, other_prefixes, raw
 from shaper_fmu.xml_files import parse_xml
 
+_VALUE_TYPES = tuple(f"{SSV}{name}" for name in TYPES_2 if name != "Clock")
 _ELEMENT_CHILDREN = (f"{SSD}Connectors", f"{SSD}ParameterBindings")
 _SYSTEM_CHILDREN = tuple(f"{SSD}{name}" for name in ("Elements", "Connections", "SignalDictionaries"))
 
@@ -47,7 +53,7 @@ def read_description(content: bytes, file: str) -> SystemDescription:
         reader.enumerations(root, children[1]),
         reader.units(root, children[2]),
         _experiment(reader, root.find(children[3])),
-        **file_fields(reader, root, ("name",), children),
+        **_file_fields(reader, root, ("name",), children),
     )
     reader.raise_problems(description)
     return description
@@ -56,7 +62,7 @@ def read_description(content: bytes, file: str) -> SystemDescription:
 def read_parameter_set(content: bytes, file: str) -> ParameterSet:
     """A parameter set (.ssv) called `file`."""
     reader, root = _open(content, file, f"{SSV}ParameterSet", "parameter set")
-    found = parameter_set(reader, root)
+    found = _parameter_set(reader, root)
     reader.raise_problems(found)
     return found
 
@@ -64,7 +70,7 @@ def read_parameter_set(content: bytes, file: str) -> ParameterSet:
 def read_mapping(content: bytes, file: str) -> ParameterMapping:
     """A parameter mapping (.ssm) called `file`."""
     reader, root = _open(content, file, f"{SSM}ParameterMapping", "parameter mapping")
-    found = parameter_mapping(reader, root)
+    found = _parameter_mapping(reader, root)
     reader.raise_problems(found)
     return found
 
@@ -72,7 +78,7 @@ def read_mapping(content: bytes, file: str) -> ParameterMapping:
 def read_dictionary(content: bytes, file: str) -> SignalDictionary:
     """A signal dictionary (.ssb) called `file`."""
     reader, root = _open(content, file, f"{SSB}SignalDictionary", "signal dictionary")
-    found = signal_dictionary(reader, root)
+    found = _signal_dictionary(reader, root)
     reader.raise_problems(found)
     return found
 
@@ -154,7 +160,7 @@ def _binding(reader: Reader, node: etree._Element) -> ParameterBinding:
     attributes = ("type", "source", "sourceBase", "prefix")
     return ParameterBinding(
         node.get("source"),
-        parameter_set(reader, values) if values is not None else None,
+        _parameter_set(reader, values) if values is not None else None,
         node.get("prefix", ""),
         _mapping_reference(reader, mapping) if mapping is not None else None,
         kind,
@@ -169,7 +175,7 @@ def _mapping_reference(reader: Reader, node: etree._Element) -> MappingReference
     mapping = node.find(tag)
     return MappingReference(
         node.get("source"),
-        parameter_mapping(reader, mapping) if mapping is not None else None,
+        _parameter_mapping(reader, mapping) if mapping is not None else None,
         node.get("type", MAPPING_TYPE),
         reader.choice(node, "sourceBase", ("SSD", "component")),
         **reader.rest(node, ("type", "source", "sourceBase"), (tag,)),
@@ -211,7 +217,7 @@ def _dictionary_source(reader: Reader, node: etree._Element) -> DictionarySource
     return DictionarySource(
         reader.text(node, "name"),
         node.get("source"),
-        signal_dictionary(reader, inline) if inline is not None else None,
+        _signal_dictionary(reader, inline) if inline is not None else None,
         node.get("type", DICTIONARY_TYPE),
         **reader.rest(node, ("name", "source", "type"), (tag,)),
     )
@@ -219,3 +225,81 @@ def _dictionary_source(reader: Reader, node: etree._Element) -> DictionarySource
 
 def _grandchildren(node: etree._Element, group: str) -> list[etree._Element]:
     return [child for found in node.iterchildren(f"{SSD}{group}") for child in elements(found)]
+
+
+def _file_fields(reader: Reader, root: etree._Element, attributes: tuple[str, ...], children: tuple[str, ...]) -> dict[str, Any]:
+    """The fields of a root element (`File`)."""
+    version = root.get("version", "1.0")  # it has to be there, but nothing else could be meant
+    if version.split(".")[0] not in ("1", "2"):
+        reader.problem(root, f"{local(root)} of version {version}; versions 1.0 and 2.0 of the standard are known")
+    alone = root.getparent() is None
+    rest = reader.rest(root, ("version", *attributes), children)
+    return {"version": version, "namespaces": other_prefixes(root) if alone else {}, "file": reader.file, **rest}
+
+
+def _parameter_set(reader: Reader, root: etree._Element) -> ParameterSet:
+    tags = {name: f"{SSV}{name}" for name in ("Parameters", "Enumerations", "Units")}
+    groups = root.findall(tags["Parameters"])
+    if not groups:
+        reader.problem(root, "ParameterSet has no Parameters")
+    return ParameterSet(
+        reader.text(root, "name"),
+        [_parameter(reader, node) for group in groups for node in group.iterchildren(f"{SSV}Parameter")],
+        reader.enumerations(root, tags["Enumerations"]),
+        reader.units(root, tags["Units"]),
+        **_file_fields(reader, root, ("name",), tuple(tags.values())),
+    )
+
+
+def _parameter(reader: Reader, node: etree._Element) -> Parameter:
+    name = reader.text(node, "name")
+    rest = reader.rest(node, ("name",), (*_VALUE_TYPES, DIMENSION))
+    found = [child for child in elements(node) if child.tag in _VALUE_TYPES]
+    if len(found) != 1:
+        reader.problem(node, f"parameter {name!r} needs one element with a value")
+        return Parameter(name, "Real", None, **rest)
+    child = found[0]
+    items = [reader.text(item, "value") for item in child.iterchildren(f"{SSV}Value")]
+    value = child.get("value")
+    if (value is None) == (not items):
+        reader.problem(node, f"parameter {name!r} needs one element with a value")
+    own = ("value", "unit", "name") if local(child) == "Enumeration" else ("value", "unit")
+    attributes = {str(key): str(text) for key, text in child.attrib.items() if key not in own}
+    enumeration = child.get("name") if local(child) == "Enumeration" else None
+    dimensions = reader.dimensions(node)
+    return Parameter(name, local(child), value, child.get("unit"), enumeration, items, dimensions, attributes, **rest)
+
+
+def _parameter_mapping(reader: Reader, root: etree._Element) -> ParameterMapping:
+    tag = f"{SSM}MappingEntry"
+    return ParameterMapping(
+        [_mapping_entry(reader, node) for node in root.iterchildren(tag)], **_file_fields(reader, root, (), (tag,))
+    )
+
+
+def _mapping_entry(reader: Reader, node: etree._Element) -> MappingEntry:
+    return MappingEntry(
+        reader.text(node, "source"),
+        reader.text(node, "target"),
+        reader.transformation(node),
+        reader.flag(node, "suppressUnitConversion"),
+        **reader.rest(node, ("source", "target", "suppressUnitConversion"), TRANSFORMATION_TAGS),
+    )
+
+
+def _signal_dictionary(reader: Reader, root: etree._Element) -> SignalDictionary:
+    tags = {name: f"{SSB}{name}" for name in ("DictionaryEntry", "Enumerations", "Units")}
+    return SignalDictionary(
+        [_dictionary_entry(reader, node) for node in root.iterchildren(tags["DictionaryEntry"])],
+        reader.enumerations(root, tags["Enumerations"]),
+        reader.units(root, tags["Units"]),
+        **_file_fields(reader, root, (), tuple(tags.values())),
+    )
+
+
+def _dictionary_entry(reader: Reader, node: etree._Element) -> DictionaryEntry:
+    name, type_ = reader.text(node, "name"), reader.data_type(node)
+    if type_ is None:
+        reader.problem(node, f"dictionary entry {name!r} has no type")
+    children = (*TYPE_TAGS, DIMENSION)
+    return DictionaryEntry(name, type_ or DataType("Real"), reader.dimensions(node), **reader.rest(node, ("name",), children))
