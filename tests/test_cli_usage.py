@@ -366,6 +366,18 @@ def test_a_file_is_what_its_ending_says(workshop, tmp_path):
     assert (tmp_path / "m.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_step_that_is_long_for_the_crane_is_noted(workshop):
+    """Its move of 8 s needs ten steps, and so does a period of 2 pi / 1.10736 = 5.674 s: 3 s is too long, 0.5 s is not."""
+    done = typed(*RUN, "--step", "3", cwd=workshop)
+    assert done.returncode == 0
+    words = " ".join(done.stderr.split())
+    assert "note: a step of 3 s is long for profile.duration = 8 s: it has 2.67 steps, and needs 10 (0.8 s)" in words
+    assert (
+        "a step of 3 s is long for shaper.natural_frequency[1] = 1.10736 rad/s: it has 1.89 steps a period, and needs 10" in words
+    )
+    assert "is long for" not in typed(*RUN, "--step", "0.5", cwd=workshop).stderr
+
+
 def test_a_missing_package_is_told_before_the_run(workshop, monkeypatch):
     from importlib.util import find_spec
 

@@ -160,7 +160,7 @@ class Simulation:
         controller = self._controller(program, control, tolerance) if tolerance is not None else None
         told = (_told(program.linear_inputs),) if interpolation == "linear" else ()
         notes = (*system_notes(self.system), *coupling_notes(self.system, treatment, algorithm, self._recorded), *told)
-        notes += step_notes(self.system, treatment, step, self._scales)
+        notes += step_notes(self.system, treatment, step, [self._scales])
         return self._stepped(program, control, progress, notes, controller)
 
     def _controller(self, program: Program, control: Any, tolerance: float) -> StepControl:

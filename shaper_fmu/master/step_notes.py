@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from shaper_fmu.master.events import Treatment
 from shaper_fmu.master.fmu import Fmu
@@ -55,10 +55,15 @@ def own_values(system: System, ports: list[Port]) -> dict[Port, float]:
     return values
 
 
-def step_notes(system: System, treatment: Treatment, step: float, values: Mapping[Port, float]) -> tuple[str, ...]:
-    """Notes on a communication step [s] that is long for these durations [s] and natural frequencies [rad/s]."""
+def is_choice(port: Port) -> bool:
+    """Whether a variable of `time_scales` chooses among the others, and is no duration or frequency itself."""
+    return port[1] in _CHOICES
+
+
+def step_notes(system: System, treatment: Treatment, step: float, runs: Sequence[Mapping[Port, float]]) -> tuple[str, ...]:
+    """Notes on a communication step [s] that is long for the durations [s] and natural frequencies [rad/s] of one of these runs."""
     shortest: dict[str, tuple[float, str]] = {}
-    for (name, variable), value in values.items():
+    for values, ((name, variable), value) in [(run, item) for run in runs for item in run.items()]:
         if variable in _CHOICES or not (math.isfinite(value) and value > 0.0 and _is_used(system, name, variable, values)):
             continue
         move = variable == "duration"

@@ -17,7 +17,6 @@ from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.notes import coupling_notes, system_notes
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
-from shaper_fmu.master.step_notes import own_values, step_notes, time_scales
 from shaper_fmu.master.system import System
 from shaper_fmu.master.variables import own_start
 from shaper_fmu.ssp.archive import SspSystem, load_ssp
@@ -25,6 +24,7 @@ from shaper_fmu.sweep.engines import Engine, Processes, Serial
 from shaper_fmu.sweep.job import Job
 from shaper_fmu.sweep.plan import Value
 from shaper_fmu.sweep.refine import points_to_add
+from shaper_fmu.sweep.step_lengths import sweep_step_notes
 from shaper_fmu.sweep.store import Run, Store, Task
 from shaper_fmu.sweep.study import Study, check_study
 from shaper_fmu.version import __version__
@@ -53,7 +53,7 @@ def run_study(
     job = job_of(study, loaded)
     engine = engine or Serial()
     with Store(store, study, provenance_of(loaded)) as opened:
-        for i, note in enumerate(_notes_of(loaded, job)):
+        for i, note in enumerate(_notes_of(study, loaded, job)):
             opened.note(f"run {i:03d}", note)
         if retry_failed:
             opened.retry_failed()
@@ -80,11 +80,11 @@ def _within_limit(points: list[Point], opened: Store) -> list[Point]:
     return points[: max(0, left)]
 
 
-def _notes_of(loaded: SspSystem, job: Job) -> tuple[str, ...]:
+def _notes_of(study: Study, loaded: SspSystem, job: Job) -> tuple[str, ...]:
     """What a reader should know of each of the runs: what `Simulation.run` tells in its results' notes."""
     treatment = treat_events(job.system, job.plan.exact)
-    long = step_notes(job.system, treatment, job.plan.step, own_values(job.system, time_scales(job.system)))
-    return (*loaded.notes, *system_notes(job.system), *coupling_notes(job.system, treatment, job.plan.algorithm), *long)
+    coupling = coupling_notes(job.system, treatment, job.plan.algorithm)
+    return (*loaded.notes, *system_notes(job.system), *coupling, *sweep_step_notes(study, job.system))
 
 
 def _run_planned(opened: Store, job: Job, engine: Engine, progress: Progress | None) -> None:
