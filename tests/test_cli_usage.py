@@ -366,6 +366,30 @@ def test_a_file_is_what_its_ending_says(workshop, tmp_path):
     assert (tmp_path / "m.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('kind = "peak"', 'kind = "residual"\ncommand = ""', "metrics.peak_swing.command = '' must be the name of a variable"),
+        ('kind = "peak"', 'kind = "residual"\ncommand = "shaper.comand"', "Did you mean 'command'?"),
+        ("step = 0.05", "step = 50.0", "step = 50.0 and stop_time = 15.0 must be positive, the step the smaller one"),
+        ('reference = "unshaped"', 'reference = "unshapd"', "Did you mean 'unshaped'?"),
+        ("points = 5", "pionts = 5", "Did you mean 'points'?"),
+        ("crane.initial_rope_length", "crane.initial_rope_lenght", "Did you mean 'initial_rope_length'?"),
+        ('"zv"', '"zvx"', "zvx"),
+        ('system = "crane.ssp"', 'system = "carne.ssp"', "carne.ssp: No such file or directory"),
+    ],
+)
+def test_a_wrong_study_is_no_wrong_usage(workshop, tmp_path, old, new, words):
+    """Exit code 1, as README has it: what is wrong is in the file. No store is begun."""
+    assert old in STUDY
+    (tmp_path / "study.toml").write_text(STUDY.replace(old, new))
+    (tmp_path / "crane.ssp").write_bytes((workshop / "crane.ssp").read_bytes())
+    done = typed("sweep", "study.toml", "--store", "s.sqlite", "--workers", "0", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert words in " ".join(done.stderr.split())
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["crane.ssp", "study.toml"]
+
+
 def test_a_step_that_is_long_for_the_crane_is_noted(workshop):
     """Its move of 8 s needs ten steps, and so does a period of 2 pi / 1.10736 = 5.674 s: 3 s is too long, 0.5 s is not."""
     done = typed(*RUN, "--step", "3", cwd=workshop)

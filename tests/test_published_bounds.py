@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,9 @@ from fmpy import read_model_description
 
 from shaper_fmu import System
 from shaper_fmu.component import Component
+from shaper_fmu.errors import SimulationError
 from shaper_fmu.export.build import build_fmu
-from shaper_fmu.registry import components
+from shaper_fmu.registry import components, load_components
 
 NOT_TOLD = {("MotionProfile", "max_velocity"), ("MotionProfile", "max_acceleration")}
 """Bounded, but a minimum that goes with every duration does not exist: their descriptions tell the domain."""
@@ -60,3 +62,41 @@ def test_what_is_bounded_tells_a_bound():
             for side in ("min", "max"):
                 if getattr(v, side) is not None and v.kind in (int, float):
                     assert (side in v.published_bounds) != ((component.__name__, v.name) in NOT_TOLD), (component.__name__, v.name)
+
+
+OWN = '''\
+"""A component of a user's own."""
+
+from shaper_fmu.component import Component, Output, Parameter
+
+
+class Compliance(Component):
+    """1 / stiffness^2."""
+
+    stiffness = Parameter(1.0, "", "stiffness", min=0.0, exclusive=True{})
+    result = Output("", "result", depends=())
+
+    def step(self, t, h):
+        self.result = 1.0 / (self.stiffness * self.stiffness)
+'''
+
+
+def test_what_published_is_for(tmp_path):
+    """Without it the excluded 0 is told as a number at which the kernel overflows; with it, smaller values are accepted as before."""
+    found = {}
+    for told in ("", ", published=(1e-9, None)"):
+        folder = tmp_path / f"own{len(told)}"
+        folder.mkdir()
+        (folder / "own.py").write_text(OWN.format(told))
+        (component,) = load_components(folder / "own.py")
+        found[told] = component, build_fmu(component, folder, platforms=["this"])
+        (variable,) = [v for v in read_model_description(str(found[told][1])).modelVariables if v.name == "stiffness"]
+        least = float(str(variable.min))
+        if told:
+            assert least == 1e-9
+            results_at(*found[told], {"stiffness": least})
+            results_at(*found[told], {"stiffness": 1e-10})
+        else:
+            assert least == sys.float_info.min
+            with pytest.raises(SimulationError, match="result"):
+                results_at(*found[told], {"stiffness": least})

@@ -14,7 +14,7 @@ RIGHT = {
     "metrics.m.kind": '"final"', "metrics.m.output": '"a.b"', "compare.first.x": "1.0",
 }  # fmt: skip
 TEXTS = ("name", "system", "algorithm", "interpolation", "reference", "stop_when", "plan.kind", "metrics.m.kind", "metrics.m.output",
-         "vary.x.spacing", "vary.x.distribution", "refine.metric")  # fmt: skip
+         "metrics.m.command", "metrics.m.rate", "vary.x.spacing", "vary.x.distribution", "refine.metric")  # fmt: skip
 NUMBERS = ("stop_time", "step", "stop_hold", "time_limit", "vary.x.nominal", "vary.x.low", "vary.x.high", "vary.x.mean",
            "vary.x.deviation", "refine.level", "refine.width")  # fmt: skip
 WHOLE = ("vary.x.points", "plan.samples", "plan.seed")
@@ -33,7 +33,7 @@ CASES = [
         for value in ("[]", "[[1]]", "[nan]", "[{}]", "1", "nan", "true", "1979-05-27", "[1979-05-27]")
     ],
     *[("compare.first.x", value) for value in (*STRUCTURES, "nan", "-inf", "1" + "0" * 400, "[]", "{}")],
-    *[(key, '"a\\u0000b"') for key in ("name", "system", "stop_when")],
+    *[(key, '"a\\u0000b"') for key in ("name", "system", "stop_when", "metrics.m.output", "metrics.m.command")],
     ("time_limit", "1e300"),
     ("vary.x.high", "1.7e308"),
 ]
@@ -45,6 +45,9 @@ def written(key: str, value: str) -> str:
         lines |= {"plan.kind": '"random"', "plan.samples": "3"}
     if key.startswith("refine"):
         lines |= {"refine.metric": '"m"', "refine.level": "0.5", "refine.width": "0.1"}
+    if key in ("metrics.m.command", "metrics.m.rate"):
+        lines |= {"metrics.m.kind": '"envelope"', "metrics.m.command": '"a.c"', "metrics.m.rate": '"a.d"'}
+        lines["metrics.m.natural_frequency"] = "1.0"
     if key == "vary.x.factors":
         lines["vary.x.nominal"] = "1.0"
     if key == "vary.x.high" and value == "1.7e308":

@@ -159,8 +159,10 @@ def check_study(study: Study) -> None:
         if told is not None and (not told.strip() or "\0" in told):
             raise StudyError(f"{name} = {told!r} must be a text that is not empty, without NUL")
     for name, measure in study.metrics.items():
-        if not measure.output.strip():
-            raise StudyError(f"metrics.{name}.output = {measure.output!r} must be the name of a variable")
+        for key in measure.__struct_fields__:
+            told = getattr(measure, key)
+            if isinstance(told, str) and (not told.strip() or "\0" in told):
+                raise StudyError(f"metrics.{name}.{key} = {told!r} must be the name of a variable")
     for name in study.metrics:
         if not re.fullmatch(r"[A-Za-z]\w*", name):
             raise StudyError(f"metric {name!r}: a metric's name has letters, digits and _ only, and begins with a letter")
