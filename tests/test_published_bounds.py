@@ -83,20 +83,19 @@ class Compliance(Component):
 
 def test_what_published_is_for(tmp_path):
     """Without it the excluded 0 is told as a number at which the kernel overflows; with it, smaller values are accepted as before."""
-    found = {}
     for told in ("", ", published=(1e-9, None)"):
         folder = tmp_path / f"own{len(told)}"
         folder.mkdir()
         (folder / "own.py").write_text(OWN.format(told))
         (component,) = load_components(folder / "own.py")
-        found[told] = component, build_fmu(component, folder, platforms=["this"])
-        (variable,) = [v for v in read_model_description(str(found[told][1])).modelVariables if v.name == "stiffness"]
+        fmu = build_fmu(component, folder, platforms=["this"])
+        (variable,) = [v for v in read_model_description(str(fmu)).modelVariables if v.name == "stiffness"]
         least = float(str(variable.min))
         if told:
             assert least == 1e-9
-            results_at(*found[told], {"stiffness": least})
-            results_at(*found[told], {"stiffness": 1e-10})
+            results_at(component, fmu, {"stiffness": least})
+            results_at(component, fmu, {"stiffness": 1e-10})
         else:
             assert least == sys.float_info.min
             with pytest.raises(SimulationError, match="result"):
-                results_at(*found[told], {"stiffness": least})
+                results_at(component, fmu, {"stiffness": least})
