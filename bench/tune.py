@@ -22,7 +22,7 @@ def tune_two_modes(folder: Path) -> Row:
     """The three masses between a force and the third position: a rigid body and two modes, over +-10 % of a mass."""
     plant = fmu_path("ThreeMassChain")
     options = ["--input", "force", "--output", "position[3]", "--vary", "mass[3]=10%"]
-    words = [sys.executable, "-c", "from shaper_fmu.cli import main; main()", "tune", str(plant), *options]
+    words = [sys.executable, "-c", "from shaper_fmu.cli.main import main; main()", "tune", str(plant), *options]
     seconds = []
     for _ in range(_TURNS):
         begin = time.perf_counter()

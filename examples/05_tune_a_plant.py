@@ -7,8 +7,8 @@ numbers. Run it from anywhere: python examples/05_tune_a_plant.py
 from pathlib import Path
 
 from shaper_fmu import build_fmu, find_component, tune_plant, wish_for, write_tuning
-from shaper_fmu.report.figures import Figure, Line
-from shaper_fmu.report.pictures import write_picture
+from shaper_fmu.page.figures import Figure, Line
+from shaper_fmu.page.pictures import write_picture
 
 plant = build_fmu(find_component("OverheadCrane"), "fmus", platforms=["this"])
 spread = {"initial_rope_length": 0.1}  # the rope is known to 10 %

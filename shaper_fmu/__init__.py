@@ -31,21 +31,21 @@ if TYPE_CHECKING:
     from shaper_fmu.master.results import Results
     from shaper_fmu.master.simulation import Simulation
     from shaper_fmu.registry import components, find_component
+    from shaper_fmu.report.tune.outputs import write_tuning
     from shaper_fmu.ssp.system import System
     from shaper_fmu.sweep.engine import run_study
     from shaper_fmu.sweep.store import Store
     from shaper_fmu.sweep.study import Study, read_study
-    from shaper_fmu.tune.boxes import ModeBox, mode_boxes
-    from shaper_fmu.tune.choice import Choice, choose
-    from shaper_fmu.tune.experiment import PlantIdentification, experiment
-    from shaper_fmu.tune.experiment_range import PlantModes, identify_plant, operating_points
-    from shaper_fmu.tune.measured import MeasuredIdentification, identify_measured
-    from shaper_fmu.tune.outputs import write_tuning
+    from shaper_fmu.tune.choice.boxes import ModeBox, mode_boxes
+    from shaper_fmu.tune.choice.choice import Choice, choose
+    from shaper_fmu.tune.choice.wish import Move, Wish
+    from shaper_fmu.tune.experiment.experiment import PlantIdentification, experiment
+    from shaper_fmu.tune.experiment.range import PlantModes, identify_plant, operating_points
+    from shaper_fmu.tune.measured.measured import MeasuredIdentification, identify_measured
     from shaper_fmu.tune.tuning import Tuning, wish_for
     from shaper_fmu.tune.tuning_measured import tune_measured
     from shaper_fmu.tune.tuning_plant import tune_plant
-    from shaper_fmu.tune.verify import Verification, verify
-    from shaper_fmu.tune.wish import Move, Wish
+    from shaper_fmu.tune.verification.verify import Verification, verify
 
 _HOMES = {
     "design.modal_response": ["ModalResponse", "modal_response", "step_response"],
@@ -72,17 +72,17 @@ _HOMES = {
     "sweep.engine": ["run_study"],
     "sweep.store": ["Store"],
     "sweep.study": ["Study", "read_study"],
-    "tune.boxes": ["ModeBox", "mode_boxes"],
-    "tune.choice": ["Choice", "choose"],
-    "tune.experiment": ["PlantIdentification", "experiment"],
-    "tune.experiment_range": ["PlantModes", "identify_plant", "operating_points"],
-    "tune.measured": ["MeasuredIdentification", "identify_measured"],
-    "tune.outputs": ["write_tuning"],
+    "tune.choice.boxes": ["ModeBox", "mode_boxes"],
+    "tune.choice.choice": ["Choice", "choose"],
+    "tune.experiment.experiment": ["PlantIdentification", "experiment"],
+    "tune.experiment.range": ["PlantModes", "identify_plant", "operating_points"],
+    "tune.measured.measured": ["MeasuredIdentification", "identify_measured"],
+    "report.tune.outputs": ["write_tuning"],
     "tune.tuning": ["Tuning", "wish_for"],
     "tune.tuning_measured": ["tune_measured"],
     "tune.tuning_plant": ["tune_plant"],
-    "tune.verify": ["Verification", "verify"],
-    "tune.wish": ["Move", "Wish"],
+    "tune.verification.verify": ["Verification", "verify"],
+    "tune.choice.wish": ["Move", "Wish"],
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table as RichTable
 from rich.text import Text
 
-from shaper_fmu.report.page import Table
+from shaper_fmu.page.blocks import Table
 
 
 class PlainConsole(Console):

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from lxml import etree
 
 from shaper_fmu.component import NO_EVENT, Component, Variable
-from shaper_fmu.report.figures import COLOURS, label
+from shaper_fmu.page.figures import COLOURS, label
 from shaper_fmu.units import parse_unit
 
 INTERVALS = 400

@@ -18,5 +18,5 @@ NAMES = ("pwm", "s-curve", "two-part", "partial-modes", "unknown-parameters")
 
 def reproduce(name: str, update: Update) -> Reproduction:
     """Run what belongs to a name of `NAMES`; `update(done, total)` is called now and then."""
-    module = importlib.import_module(f"shaper_fmu.reproduce.{name.replace('-', '_')}")
+    module = importlib.import_module(f"shaper_fmu.reproduce.{name.replace('-', '_')}.paper")
     return module.reproduce(update)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from shaper_fmu.report.page import Block
+from shaper_fmu.page.blocks import Block
 
 Verdict = Literal["reproduced", "not reproduced", "not decidable"]
 

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from shaper_fmu.analysis.identification import CONTRADICTING, Finding
-from shaper_fmu.tune.choice import Choice
-from shaper_fmu.tune.choice_search import Candidate
-from shaper_fmu.tune.experiment_range import PlantModes
-from shaper_fmu.tune.measured import MeasuredIdentification
-from shaper_fmu.tune.responses import Responses
-from shaper_fmu.tune.shaped_plant import ShapedPlant
-from shaper_fmu.tune.verify import Verification
-from shaper_fmu.tune.verify_command import Command
-from shaper_fmu.tune.wish import Wish
+from shaper_fmu.tune.choice.choice import Choice
+from shaper_fmu.tune.choice.search import Candidate
+from shaper_fmu.tune.choice.wish import Wish
+from shaper_fmu.tune.experiment.range import PlantModes
+from shaper_fmu.tune.measured.measured import MeasuredIdentification
+from shaper_fmu.tune.verification.command import Command
+from shaper_fmu.tune.verification.responses import Responses
+from shaper_fmu.tune.verification.shaped_plant import ShapedPlant
+from shaper_fmu.tune.verification.verify import Verification
 
 Verdict = Literal["tuned", "proven", "no_vibration", "unstable", "nothing_fits", "not_held", "not_verified", "not_proven"]
 """tuned: the recommended shaper holds on the plant; proven: from measured data, so that there is no plant to try it on;

@@ -19,17 +19,17 @@ from shaper_fmu.analysis.identification import Finding, Identification, Mode, Ot
 from shaper_fmu.archives import write_file
 from shaper_fmu.design.profiles import Profile
 from shaper_fmu.profiles.kinds import NO_LIMIT
-from shaper_fmu.tune.boxes import ModeBox, shares
-from shaper_fmu.tune.choice import Choice
-from shaper_fmu.tune.choice_search import Candidate
-from shaper_fmu.tune.experiment import PlantIdentification
-from shaper_fmu.tune.experiment_range import ModeRange, Range
-from shaper_fmu.tune.measured import MeasuredIdentification
+from shaper_fmu.tune.choice.boxes import ModeBox, shares
+from shaper_fmu.tune.choice.choice import Choice
+from shaper_fmu.tune.choice.search import Candidate
+from shaper_fmu.tune.choice.wish import Wish
+from shaper_fmu.tune.experiment.experiment import PlantIdentification
+from shaper_fmu.tune.experiment.range import ModeRange, Range
+from shaper_fmu.tune.measured.measured import MeasuredIdentification
 from shaper_fmu.tune.tuning import Tuning
-from shaper_fmu.tune.verify import Verification
-from shaper_fmu.tune.verify_command import Command
-from shaper_fmu.tune.verify_runs import Measured
-from shaper_fmu.tune.wish import Wish
+from shaper_fmu.tune.verification.command import Command
+from shaper_fmu.tune.verification.runs import Measured
+from shaper_fmu.tune.verification.verify import Verification
 
 SCHEMA = 1
 """Version of the layout: it changes when a name goes or comes to mean something else, not when one is added."""

@@ -8,16 +8,16 @@ from pathlib import Path
 from typing import Any
 
 from shaper_fmu.analysis.identification import CONTRADICTING, Finding
-from shaper_fmu.tune.boxes import ModeBox
-from shaper_fmu.tune.choice import choose
-from shaper_fmu.tune.choice_words import percent
-from shaper_fmu.tune.experiment_range import ModeRange, Range
+from shaper_fmu.tune.choice.boxes import ModeBox
+from shaper_fmu.tune.choice.choice import choose
+from shaper_fmu.tune.choice.reasons import percent
+from shaper_fmu.tune.choice.wish import Wish
+from shaper_fmu.tune.experiment.range import ModeRange, Range
 from shaper_fmu.tune.hidden import hidden_share
-from shaper_fmu.tune.measured import identify_measured
-from shaper_fmu.tune.measured_table import Table
+from shaper_fmu.tune.measured.measured import identify_measured
+from shaper_fmu.tune.measured.table import Table
 from shaper_fmu.tune.tuning import Tuning, Verdict, wish_for
-from shaper_fmu.tune.verify_command import Command
-from shaper_fmu.tune.wish import Wish
+from shaper_fmu.tune.verification.command import Command
 
 _UNSTABLE = ("unstable", "growth")
 

@@ -10,16 +10,16 @@ from typing import Any
 
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
-from shaper_fmu.tune.boxes import mode_boxes
-from shaper_fmu.tune.choice import choose
-from shaper_fmu.tune.choice_words import percent
-from shaper_fmu.tune.experiment_plant import Plant
-from shaper_fmu.tune.experiment_range import PlantModes, identify_plant
-from shaper_fmu.tune.shaped_plant import ShapedPlant
+from shaper_fmu.tune.choice.boxes import mode_boxes
+from shaper_fmu.tune.choice.choice import choose
+from shaper_fmu.tune.choice.reasons import percent
+from shaper_fmu.tune.choice.wish import Wish
+from shaper_fmu.tune.experiment.plant import Plant
+from shaper_fmu.tune.experiment.range import PlantModes, identify_plant
 from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, wish_for
 from shaper_fmu.tune.tuning_trial import tightened, tried
-from shaper_fmu.tune.verify_command import Command
-from shaper_fmu.tune.wish import Wish
+from shaper_fmu.tune.verification.command import Command
+from shaper_fmu.tune.verification.shaped_plant import ShapedPlant
 
 _UNSTABLE = ("unstable", "growth")
 _MORE_ATTEMPTS = 2

@@ -7,14 +7,14 @@ from dataclasses import replace
 from typing import Any
 
 from shaper_fmu.errors import ComponentError, SimulationError
-from shaper_fmu.tune.choice_words import percent
-from shaper_fmu.tune.experiment_range import PlantModes
-from shaper_fmu.tune.responses import simulated_responses
-from shaper_fmu.tune.shaped_plant import ShapedPlant
+from shaper_fmu.tune.choice.reasons import percent
+from shaper_fmu.tune.choice.wish import Wish
+from shaper_fmu.tune.experiment.range import PlantModes
 from shaper_fmu.tune.tuning import Tuning, Verdict
-from shaper_fmu.tune.verify import verify
-from shaper_fmu.tune.verify_command import MOST_INTEGRATORS, command_for
-from shaper_fmu.tune.wish import Wish
+from shaper_fmu.tune.verification.command import MOST_INTEGRATORS, command_for
+from shaper_fmu.tune.verification.responses import simulated_responses
+from shaper_fmu.tune.verification.shaped_plant import ShapedPlant
+from shaper_fmu.tune.verification.verify import verify
 
 _CLOSER = 0.97
 """What of the tolerance a tighter design aims at, so that the plant, which is not quite its modes, keeps it."""

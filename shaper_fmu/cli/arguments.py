@@ -1,0 +1,175 @@
+"""What is checked of a command's arguments before its work begins, so that wrong usage exits with 2 and costs no time.
+
+Parsers of numbers, and callbacks for files, which pass on what is right; the rest is a BadParameter, with the option and the value.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import math
+import os
+import stat
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from shaper_fmu.cli.paths import absolute
+from shaper_fmu.component import Variable
+from shaper_fmu.errors import NoSolutionError, ShaperFmuError
+
+PAGE = (".html", ".htm")
+PICTURE = (".png", ".svg")
+STORE = (".sqlite", ".sqlite3", ".db")
+
+_PACKAGES = {
+    **dict.fromkeys(PAGE, (("plotly", "matplotlib"), "report")),
+    **dict.fromkeys(PICTURE, (("matplotlib",), "report")),
+    ".parquet": (("pyarrow",), "parquet"),
+}
+"""What is needed to write a file, by its ending, and the extra that installs it."""
+_LONGER = 40
+"""Letters by which the names of drafts and pictures beside a file are longer than its own."""
+
+Callback = Callable[[Any], Any]
+
+
+@contextmanager
+def wrong_usage(hint: str | None = None) -> Iterator[None]:
+    """What is found to be wrong inside is the usage: names and values of the option `hint`, not the work."""
+    try:
+        yield
+    except NoSolutionError:
+        raise
+    except ShaperFmuError as error:
+        raise typer.BadParameter(str(error), param_hint=hint) from None
+
+
+def _each(problem: Callable[[Any], str | None], passed: Callback = lambda value: value) -> Callback:
+    """A callback that refuses a value, or any of several, for which `problem` has words; one value becomes what is `passed` on."""
+
+    def callback(given: Any) -> Any:
+        for value in given if isinstance(given, list | tuple) else [given]:
+            words = problem(value) if value is not None else None
+            if words:
+                raise typer.BadParameter(words)
+        return passed(given) if isinstance(given, Path) else given
+
+    return callback
+
+
+def input_file(*endings: str) -> Callback:
+    """Of files that are read: they are there, can be read, and are called as they should, where `endings` are given."""
+    return _each(lambda path: _unreadable(path) or _wrong_ending(path, endings))
+
+
+def output_file(*endings: str) -> Callback:
+    """Of a file to be written: it ends as what will be in it, and can be written; missing folders are made then.
+
+    Its path becomes absolute.
+    """
+    return _each(lambda path: _unwritable(path, folder=False) or _wrong_ending(path, endings) or _missing_package(path), absolute)
+
+
+output_folder = _each(lambda path: _unwritable(path, folder=True), absolute)
+"""Of a folder to be written to, which is made then if it is missing. Its path becomes absolute."""
+
+
+def number(domain: str, holds: Callable[[float], bool], kind: type = float) -> Callback:
+    """A parser of numbers, those for which `holds` is true, which is what `domain` says in words."""
+
+    def parse(text: str) -> Any:
+        try:
+            value = kind(text)
+        except ValueError:
+            raise typer.BadParameter(f"{text!r} is no {'whole number' if kind is int else 'number'}") from None
+        if not holds(value):
+            raise typer.BadParameter(f"{text} is outside its domain: {domain}")
+        return value
+
+    parse.__name__ = {float: "FLOAT", int: "INTEGER"}[kind]  # as the help shows it
+    return parse
+
+
+positive = number("a finite number above 0", lambda x: 0.0 < x < math.inf)
+not_negative = number("a finite number of at least 0", lambda x: 0.0 <= x < math.inf)
+finite = number("a finite number", math.isfinite)
+damping_ratio = number("0 <= zeta < 1", lambda x: 0.0 <= x < 1.0)
+share = number("between 0 and 1", lambda x: 0.0 < x < 1.0)
+index = number("at least 0", lambda n: n >= 0, int)
+
+
+def add_options(command: Callable[..., None], variables: Mapping[str, Variable]) -> None:
+    """Give a command that takes **parameters an option for each of these, with their descriptions and domains."""
+    signature = inspect.signature(command, eval_str=True)
+    kept = [parameter for parameter in signature.parameters.values() if parameter.kind is not inspect.Parameter.VAR_KEYWORD]
+    for name, variable in variables.items():
+        whole = variable.kind is int and variable.min is not None and variable.max is not None
+        words = f"{variable.min:g} to {variable.max:g}" if whole else variable.domain or "a finite number"
+        parser = number(words, lambda value, variable=variable: variable.problem("", value) is None, variable.kind)
+        option = typer.Option(help=f"{variable.description[:1].upper()}{variable.description[1:]}.", parser=parser)
+        annotation = Annotated[variable.kind, option]
+        kept.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=variable.start, annotation=annotation))
+    command.__signature__ = signature.replace(parameters=kept)  # pyright: ignore[reportFunctionMemberAccess]
+    command.__annotations__ = {parameter.name: parameter.annotation for parameter in kept}
+
+
+def _unreadable(path: Path) -> str | None:
+    try:
+        mode = os.stat(path).st_mode
+        if not stat.S_ISREG(mode):
+            return f"{path}: not a file but {'a folder' if stat.S_ISDIR(mode) else 'a device or pipe'}"
+        with open(path, "rb"):
+            return None
+    except (OSError, ValueError) as error:
+        return f"{path}: {_reason(error)}"
+
+
+def _wrong_ending(path: Path, endings: tuple[str, ...]) -> str | None:
+    if not endings or path.suffix.lower() in endings:
+        return None
+    known = ", ".join(endings[:-1]) + (" or " if endings[:-1] else "") + endings[-1]
+    return f"{path.name!r} must end with {known}: a file is what its ending says"
+
+
+def _missing_package(path: Path) -> str | None:
+    packages, extra = _PACKAGES.get(path.suffix.lower(), ((), ""))
+    for package in packages:
+        if importlib.util.find_spec(package) is None:
+            return f"{path.name}: files of this ending need the package {package}: pip install 'shaper-fmu[{extra}]'"
+    return None
+
+
+def _unwritable(path: Path, folder: bool) -> str | None:
+    """Why a file or a folder of this path could not be written, judged by what is there of it and its folders."""
+    try:
+        mode = _mode(path)
+        if not folder:
+            _mode(path.with_name(path.name + "x" * _LONGER) if path.name else path)  # a name that is too long
+        if mode is not None and not folder:
+            if not stat.S_ISREG(mode):
+                return f"{path}: {'a folder' if stat.S_ISDIR(mode) else 'a device or pipe'}, where a file shall be written"
+            if not os.access(path, os.W_OK):
+                return f"{path}: this file is write-protected"
+        inside = path if folder else path.parent
+        nearest = next(place for place in (inside, *inside.absolute().parents) if _mode(place) is not None)
+        if not nearest.is_dir():
+            return f"{path}: {nearest} is no folder"
+        return None if os.access(nearest, os.W_OK | os.X_OK) else f"{path}: nothing can be written into {nearest.absolute()}"
+    except (OSError, ValueError) as error:
+        return f"{path}: {_reason(error)}"
+
+
+def _mode(path: Path) -> int | None:
+    """What is there; None if nothing is."""
+    try:
+        return os.stat(path).st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return getattr(error, "strerror", None) or str(error)

@@ -1,0 +1,163 @@
+"""The command `shaper-fmu build`."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from shaper_fmu.cli.arguments import input_file, output_file, output_folder, wrong_usage
+from shaper_fmu.cli.paths import absolute, wrote
+from shaper_fmu.component import Component
+from shaper_fmu.console import err
+from shaper_fmu.progress import progress
+
+Said = Callable[[str], None]
+
+
+class _Backend(StrEnum):
+    native = "native"
+    python = "python"
+
+
+class _Fmi(StrEnum):
+    two = "2"
+    three = "3"
+
+
+def build(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(help="Components, Python files with components, or folders of SSP systems. Default: all components."),
+    ] = None,
+    output: Annotated[Path, typer.Option(help="Folder for the FMUs.", callback=output_folder)] = Path("fmus"),
+    backend: Annotated[
+        _Backend, typer.Option(help="native: machine code, no Python inside; python: the source, run by the host's Python.")
+    ] = _Backend.native,
+    fmi: Annotated[_Fmi, typer.Option(help="Version of FMI.")] = _Fmi.two,
+    platforms: Annotated[
+        list[str] | None,
+        typer.Option("--platform", help="Platform such as x86_64-windows, or `this`; may be repeated. Default: all five."),
+    ] = None,
+    starts: Annotated[
+        list[str] | None,
+        typer.Option("--start", help="Another start value for a component, such as profile=s_curve; may be repeated."),
+    ] = None,
+    without: Annotated[
+        list[str] | None,
+        typer.Option("--without", help="Output that the FMU does not show, such as a Boolean; may be repeated."),
+    ] = None,
+    name: Annotated[
+        str, typer.Option(help="With --start or --without: what the FMU is called. Default: such as MotionProfile_s_curve.")
+    ] = "",
+) -> None:
+    """Build FMUs of components, and SSP archives of system folders (from FMUs built before).
+
+    What was compiled is kept in a cache, so that building again takes seconds.
+    """
+    from shaper_fmu.export.build import build_fmu
+    from shaper_fmu.export.native.toolchain import PLATFORMS
+    from shaper_fmu.ssp.archive import archive_of, pack_ssp
+
+    folders = [name for name in names or [] if os.path.isdir(name)]
+    input_file()([Path(name) for name in names or [] if name.endswith(".py") and name not in folders])
+    _check(folders, platforms or [], backend, fmi)
+    components = _components(names, folders)
+    if starts or without or name:
+        components = [_changed(components, starts or [], without or [], name)]
+    _check_files(components)
+    archives = {absolute(Path(folder)): absolute(archive_of(folder)) for folder in folders}
+    output_file()([*(output / f"{component.__name__}.fmu" for component in components), *archives.values()])
+
+    def make(component: type[Component], said: Said) -> Path:
+        chosen = platforms or []
+        return build_fmu(component, output, backend=backend.value, fmi=int(fmi), platforms=chosen, progress=said)
+
+    parts = 1 if backend is _Backend.python else 2 + len(platforms or PLATFORMS)
+    for path in _built(components, make, parts):
+        wrote(path, verb="built")
+    for folder, archive in archives.items():
+        wrote(pack_ssp(folder, output, archive, platforms or []), verb="built")
+
+
+def _components(names: list[str] | None, folders: list[str]) -> list[type[Component]]:
+    from shaper_fmu.registry import components, load_components
+
+    if not names:
+        return list(components().values())
+    found = []
+    for name in names:
+        if name not in folders:
+            found += load_components(Path(name)) if name.endswith(".py") else [_component(name)]
+    return found
+
+
+def _component(name: str) -> type[Component]:
+    from shaper_fmu.registry import find_component
+
+    with wrong_usage("NAMES"):
+        return find_component(name)
+
+
+def _check(folders: list[str], platforms: list[str], backend: _Backend, fmi: _Fmi) -> None:
+    """Raise BadParameter for what cannot be built, whatever is in the files."""
+    from shaper_fmu.export.native.toolchain import platform_named
+    from shaper_fmu.ssp.names import DESCRIPTION
+
+    for folder in folders:
+        if not (Path(folder) / DESCRIPTION).is_file():
+            raise typer.BadParameter(f"{folder}: no {DESCRIPTION} in this folder", param_hint="NAMES")
+    with wrong_usage("--platform"):
+        for name in platforms:
+            platform_named(name)
+    if backend is _Backend.python and fmi is not _Fmi.two:
+        raise typer.BadParameter("the python backend builds FMI 2.0 only; FMI 3.0 needs --backend native", param_hint="--fmi")
+
+
+def _check_files(components: list[type[Component]]) -> None:
+    """Raise BadParameter for components whose FMUs would be one file, as names that differ in case are on some systems."""
+    known: dict[str, type[Component]] = {}
+    for component in components:
+        other = known.setdefault(component.__name__.lower(), component)
+        if other is not component:
+            names = f"{other.__name__} of {other.__module__} and {component.__name__} of {component.__module__}"
+            raise typer.BadParameter(f"{names} would be written into one file; build them into two folders", param_hint="NAMES")
+
+
+def _changed(components: list[type[Component]], starts: list[str], without: list[str], name: str) -> type[Component]:
+    from shaper_fmu.export.start_values import with_start_values
+
+    if len(components) != 1 or not (starts or without):
+        hint = "--start" if starts or not without else "--without"
+        raise typer.BadParameter("start values and outputs to leave out are for one component that is named", param_hint=hint)
+    for start in starts:
+        if "=" not in start:
+            raise typer.BadParameter(f"{start!r} is not of the form variable=value", param_hint="--start")
+    with wrong_usage("--start" if starts or not without else "--without"):
+        return with_start_values(components[0], dict(start.split("=", 1) for start in starts), name, without)
+
+
+def _built(components: list[type[Component]], make: Callable[[type[Component], Said], Path], parts: int) -> list[Path]:
+    """Build side by side, since the compilers are processes of their own; the first fault ends it. `parts` are those of one FMU."""
+    with progress("building", err) as update, ThreadPoolExecutor(os.cpu_count()) as pool:
+        done = itertools.count(1)
+
+        def said(_what: str) -> None:
+            update(next(done), parts * len(components))
+
+        waiting = [pool.submit(make, component, said) for component in components]
+        try:
+            paths = []
+            for future in waiting:
+                paths.append(future.result())
+                said("written")
+            return paths
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise

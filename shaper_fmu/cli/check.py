@@ -1,0 +1,48 @@
+"""The command `shaper-fmu check`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from shaper_fmu.cli.arguments import input_file
+from shaper_fmu.console import out
+
+
+def check(
+    files: Annotated[list[Path], typer.Argument(help="FMUs (.fmu) and SSP archives (.ssp).", callback=input_file())],
+    portable: Annotated[
+        bool, typer.Option("--portable", help="Tell also what of an SSP archive other tools ignore, refuse or do otherwise.")
+    ] = False,
+) -> None:
+    """Check FMUs and SSP archives; print every problem, one a line, with file and line.
+
+    Of an archive: the standard's schemas, and names, types, units, sources, parameters and loops, which they do not see;
+    what begins with "note:" does not keep it from being run.
+    """
+    found = False
+    for file in files:
+        for problem in _problems(file, portable):
+            found = True
+            out.print(f"{file}: {problem}")
+    if found:
+        raise typer.Exit(1)
+
+
+def _problems(file: Path, portable: bool) -> list[str]:
+    from shaper_fmu.errors import ModelError, ShaperFmuError
+    from shaper_fmu.master.fmu import fmu_problems
+    from shaper_fmu.ssp.check import ssp_findings
+    from shaper_fmu.ssp.portable import portable_problems
+
+    try:
+        if file.suffix.lower() != ".ssp":
+            return fmu_problems(file)
+        told = [f"{'' if finding.stops else 'note: '}{finding}" for finding in ssp_findings(file)]
+        return told + (portable_problems(file) if portable else [])
+    except ModelError as error:
+        return error.problems
+    except ShaperFmuError as error:
+        return [str(error)]

@@ -1,0 +1,231 @@
+"""The command `shaper-fmu design`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from shaper_fmu.cli import arguments as check
+from shaper_fmu.cli.modes import design_for_modes, write_plot
+from shaper_fmu.console import out, show
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.shapers import OPTIONS, shaper
+from shaper_fmu.errors import ComponentError, nearest
+from shaper_fmu.kinds.shapers import Shaper
+from shaper_fmu.page.blocks import Table
+from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind
+
+if TYPE_CHECKING:
+    from shaper_fmu.design.pulse_sequence import PulseSequence
+    from shaper_fmu.page.blocks import Block
+
+SHAPERS = [item.name for item in Shaper if item != Shaper.custom]
+OFFLINE = ["si", "direct_zv", "direct_zvd"]
+PROFILES = [item.name for item in ProfileKind]
+PULSES = ["carrier", "carrier_polished", "minimax", "zv_carrier"]
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """The options, as given."""
+
+    kind: str
+    frequencies: list[float]
+    ratios: list[float]
+    tolerance: float
+    parameters: dict[str, float]
+    low: float | None
+    high: float | None
+    damping: tuple[float, float] | None
+    distance: float
+    duration: float | None
+    max_velocity: float
+    max_acceleration: float
+    frequency_ratio: float
+    minimum_pulse_width: float
+
+
+def design(
+    kind: Annotated[
+        str,
+        typer.Argument(
+            help=f"A shaper ({', '.join(SHAPERS + OFFLINE)}), a profile ({', '.join(PROFILES)}), "
+            f"or a pulse train ({', '.join(PULSES)})."
+        ),
+    ],
+    natural_frequency: Annotated[
+        list[float] | None,
+        typer.Option(
+            "--natural-frequency",
+            "-w",
+            help="Undamped natural frequency [rad/s]; repeat it for several modes.",
+            parser=check.positive,
+        ),
+    ] = None,
+    damping_ratio: Annotated[
+        list[float] | None,
+        typer.Option("--damping-ratio", "-z", help="Damping ratio; once, or once for each mode.", parser=check.damping_ratio),
+    ] = None,
+    tolerance: Annotated[
+        float, typer.Option(help="Tolerated residual vibration V: of EI, SI, the insensitivity.", parser=check.share)
+    ] = 0.05,
+    low: Annotated[
+        float | None,
+        typer.Option(help="Lowest natural frequency: that si tolerates, that V is proven from [rad/s].", parser=check.positive),
+    ] = None,
+    high: Annotated[float | None, typer.Option(help="Highest natural frequency, the same [rad/s].", parser=check.positive)] = None,
+    damping_range: Annotated[
+        tuple[float, float] | None,
+        typer.Option(help="Damping ratios that V is proven for, with --low and --high.", parser=check.damping_ratio),
+    ] = None,
+    distance: Annotated[float, typer.Option(help="Distance of a profile [m].", parser=check.finite)] = 1.0,
+    duration: Annotated[
+        float | None,
+        typer.Option(help="Duration of a profile (default: the shortest) or pulse train [s].", parser=check.not_negative),
+    ] = None,
+    max_velocity: Annotated[
+        float, typer.Option(help="Speed that a profile never exceeds [m/s].", parser=check.positive)
+    ] = NO_LIMIT,
+    max_acceleration: Annotated[
+        float, typer.Option(help="Acceleration that a profile never exceeds [m/s2].", parser=check.positive)
+    ] = NO_LIMIT,
+    frequency_ratio: Annotated[
+        float, typer.Option(help="Carrier frequency over the damped one, of pulse trains.", parser=check.positive)
+    ] = 13.0,
+    minimum_pulse_width: Annotated[
+        float, typer.Option(help="Shortest pulse or gap of pulse trains [s].", parser=check.not_negative)
+    ] = 0.0,
+    modes: Annotated[
+        Path | None,
+        typer.Option(
+            help="Choose which modes to shape: a file of a step response's modes (TOML or JSON).",
+            callback=check.input_file(".toml", ".json"),
+        ),
+    ] = None,
+    other: Annotated[
+        list[str] | None, typer.Option("--or", help="With --modes: another shaper that each mode may have instead; repeatable.")
+    ] = None,
+    settling: Annotated[
+        bool, typer.Option("--settling", help="With --modes: the earliest settling instead of the shortest shaper.")
+    ] = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write the curves: a page (.html) and a picture of each, or all in one picture (.png, .svg).",
+            callback=check.output_file(*check.PAGE, *check.PICTURE),
+        ),
+    ] = None,
+    **parameters: float,
+) -> None:
+    """Design a shaper, a profile or a pulse train: print its numbers and figures of merit, plot its sensitivity.
+
+    si: specified insensitivity from --low to --high. direct_zv, direct_zvd: two modes at once, shorter than convolved.
+    With --low and --high, a bound of the residual vibration V is proven for all frequencies (and damping ratios) in between.
+    With --modes, --tolerance is the share of the final values that may swing after the last impulse.
+    Example: shaper-fmu design zvd --natural-frequency 5 --damping-ratio 0.1 --plot zvd.html
+    """
+    if modes is not None:
+        if natural_frequency or damping_ratio:
+            raise typer.BadParameter("it takes the place of --natural-frequency and --damping-ratio", param_hint="--modes")
+        design_for_modes(modes, [kind, *(other or [])], tolerance, settling, plot, **parameters)
+        return
+    if other or settling:
+        raise typer.BadParameter("this needs --modes", param_hint="--or" if other else "--settling")
+    wanted = _Wanted(
+        kind, natural_frequency or [], damping_ratio or [0.0], tolerance, parameters, low, high,
+        damping_range, distance, duration, max_velocity, max_acceleration, frequency_ratio, minimum_pulse_width,
+    )  # fmt: skip
+    with check.wrong_usage():
+        blocks = _blocks(wanted)
+    for block in blocks:
+        if isinstance(block, Table):
+            show(block)
+    if len(wanted.frequencies) > 1:
+        out.print(f"The figures of merit are for the first mode, {wanted.frequencies[0]:g} rad/s.")
+    if plot:
+        write_plot(plot, f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s", blocks)
+
+
+check.add_options(design, {name: variable for name, variable in OPTIONS.items() if name != "vibration_tolerance"})
+
+
+def _blocks(wanted: _Wanted) -> list[Block]:
+    from shaper_fmu.report.design import Mode, profile_blocks, pulse_blocks, shaper_blocks
+
+    known = SHAPERS + OFFLINE + PROFILES + PULSES
+    if wanted.kind not in known:
+        raise ComponentError(f"there is no shaper, profile or pulse train {wanted.kind!r}.{nearest(wanted.kind, known)}")
+    if wanted.kind == "si":
+        if wanted.low is None or wanted.high is None:
+            raise typer.BadParameter("si needs --low and --high", param_hint="KIND")
+        wanted.frequencies.append(0.5 * (wanted.low + wanted.high))
+    if not wanted.frequencies:
+        raise typer.BadParameter("give at least one", param_hint="--natural-frequency")
+    mode = Mode(wanted.frequencies[0], wanted.ratios[0], wanted.tolerance)
+    if wanted.kind in PROFILES:
+        from shaper_fmu.design.profiles import profile
+
+        limits = {"max_velocity": wanted.max_velocity, "max_acceleration": wanted.max_acceleration}
+        law = profile(wanted.kind, wanted.distance, wanted.duration, mode.natural_frequency, mode.damping_ratio, **limits)
+        return profile_blocks(wanted.kind, law, mode)
+    if wanted.kind in PULSES:
+        pulses = _pulses(wanted)
+        return [*_proven(wanted, pulses), *pulse_blocks(wanted.kind, pulses, mode)]
+    sequence = _sequence(wanted)
+    return [*_proven(wanted, sequence), *shaper_blocks(wanted.kind, sequence, mode)]
+
+
+def _proven(wanted: _Wanted, command: ImpulseSequence | PulseSequence) -> list[Block]:
+    """The bound of V over the wanted frequencies and damping ratios, if any are wanted."""
+    from shaper_fmu.design.guarantee import guarantee
+
+    if wanted.low is None or wanted.high is None:
+        if wanted.damping is not None:
+            raise typer.BadParameter("give --low and --high, too", param_hint="--damping-range")
+        return []
+    damping = wanted.damping or (wanted.ratios[0], wanted.ratios[0])
+    found = guarantee(command, (wanted.low, wanted.high), damping)
+    where = f"{wanted.low:g} to {wanted.high:g} rad/s, damping ratio {damping[0]:g} to {damping[1]:g}"
+    rows = [
+        ["V is nowhere above", f"{100.0 * found.bound:.6f} %"],
+        ["its largest value found", f"{100.0 * found.attained:.6f} %"],
+        ["at", f"{found.at[0]:g} rad/s, damping ratio {found.at[1]:g}"],
+    ]
+    return [Table(f"Proven: {where}", ["what", "value"], rows)]
+
+
+def _sequence(wanted: _Wanted) -> ImpulseSequence:
+    from shaper_fmu.design.specified_insensitivity import specified_insensitivity
+    from shaper_fmu.design.two_mode import direct_two_mode
+
+    ratios = wanted.ratios
+    if wanted.low is not None and wanted.high is not None and wanted.kind == "si":
+        return specified_insensitivity(wanted.low, wanted.high, wanted.tolerance, ratios[0])
+    if wanted.kind in OFFLINE:
+        if len(wanted.frequencies) != 2:
+            raise ComponentError(f"{wanted.kind} is for two modes; {len(wanted.frequencies)} natural frequencies were given")
+        return direct_two_mode(wanted.frequencies, ratios if len(ratios) == 2 else ratios * 2, wanted.kind.removeprefix("direct_"))
+    return shaper(
+        wanted.kind,
+        wanted.frequencies,
+        ratios[0] if len(ratios) == 1 else ratios,
+        vibration_tolerance=wanted.tolerance,
+        **wanted.parameters,
+    )
+
+
+def _pulses(wanted: _Wanted) -> PulseSequence:
+    from shaper_fmu.design.pulses import carrier_pulses, minimax_pulses, polished_pulses, zv_carrier_pulses
+
+    w, zeta, width = wanted.frequencies[0], wanted.ratios[0], wanted.minimum_pulse_width
+    if wanted.kind == "zv_carrier":
+        return zv_carrier_pulses(w, zeta, wanted.frequency_ratio, minimum_pulse_width=width)
+    if wanted.duration is None:
+        raise typer.BadParameter(f"{wanted.kind} needs one", param_hint="--duration")
+    if wanted.kind == "minimax":
+        return minimax_pulses(wanted.duration, w, zeta, minimum_pulse_width=width)
+    make = carrier_pulses if wanted.kind == "carrier" else polished_pulses
+    return make(wanted.duration, w, zeta, wanted.frequency_ratio, minimum_pulse_width=width)

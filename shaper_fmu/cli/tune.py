@@ -1,0 +1,232 @@
+"""The command `shaper-fmu tune`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from shaper_fmu.cli.arguments import finite, input_file, number, output_folder, positive, wrong_usage
+from shaper_fmu.cli.paths import shown, wrote
+from shaper_fmu.console import err, out, show
+
+if TYPE_CHECKING:
+    from shaper_fmu.master.fmu import Fmu
+    from shaper_fmu.master.system import System
+    from shaper_fmu.tune.tuning import Tuning
+
+_TABLES = (".csv", ".parquet", ".tsv", ".txt")
+_OF_SHAPERS = (".fmu", ".ssv", ".ssp")
+
+
+def share(text: str, option: str | None = None) -> float:
+    """A share, written as 5% or 0.05. Raises BadParameter for anything else."""
+    number = text.strip()
+    try:
+        value = float(number[:-1]) / 100.0 if number.endswith("%") else float(number)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise typer.BadParameter(f"{text!r} is no share; write 5% or 0.05", param_hint=option)
+    return value
+
+
+def tune(
+    plant: Annotated[
+        Path,
+        typer.Argument(
+            help="The plant (.fmu), a system with a free input (.ssp), or a measured response (.csv, .parquet).",
+            callback=input_file(".fmu", ".ssp", *_TABLES),
+        ),
+    ],
+    input_: Annotated[
+        str,
+        typer.Option("--input", help="The plant's input that gets the commands; of a measured response the excitation's column."),
+    ] = "",
+    outputs: Annotated[
+        list[str] | None, typer.Option("--output", help="An output that shall not vibrate; repeatable. Default: all that do.")
+    ] = None,
+    tolerance: Annotated[str, typer.Option(help="Residual vibration that is tolerated, as a share of the unshaped.")] = "5%",
+    nominal: Annotated[str, typer.Option(help="The same for the nominal plant; never more than --tolerance.")] = "1%",
+    max_delay: Annotated[
+        float,
+        typer.Option(
+            help="How much later than the unshaped command the shaped one may end [s].",
+            show_default="any",
+            parser=number("at least 0", lambda x: x >= 0.0),
+        ),
+    ] = math.inf,
+    vary: Annotated[
+        list[str] | None, typer.Option(help="A parameter of the plant that varies, such as mass=10%; repeatable.")
+    ] = None,
+    margin: Annotated[
+        str | None, typer.Option(help="Added to each natural frequency's range at both ends. Default: 10%, with --vary 0%.")
+    ] = None,
+    damping_margin: Annotated[str, typer.Option(help="Added to each damping ratio's range at both ends.")] = "0%",
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", help="A start value of the plant, such as mass=2; repeatable.")
+    ] = None,
+    amplitude: Annotated[
+        float | None,
+        typer.Option(
+            help="Size of the plant's commands, in the input's unit. Default: what the description suggests.",
+            parser=number("a finite number but 0", lambda x: math.isfinite(x) and x != 0.0),
+        ),
+    ] = None,
+    duration: Annotated[
+        float | None,
+        typer.Option(
+            help="A guess how long some periods of the slowest mode take [s]. Default: what the FMU tells.", parser=positive
+        ),
+    ] = None,
+    kinds: Annotated[
+        list[str] | None, typer.Option("--kind", help="A shaper to choose from, such as zvd; repeatable. Default: all.")
+    ] = None,
+    allow_negative: Annotated[bool, typer.Option("--allow-negative", help="Shapers may have negative impulses.")] = False,
+    excitation_end: Annotated[
+        float | None,
+        typer.Option(help="When the measured response becomes free [s]. Default: from --input, or a guess.", parser=finite),
+    ] = None,
+    folder: Annotated[
+        Path | None,
+        typer.Option("--output-folder", help="Folder for what is written. Default: <plant>_tuned.", callback=output_folder),
+    ] = None,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Whether to write the report.")] = True,
+) -> None:
+    """Identify a plant's modes, choose a shaper for them, and verify it on the plant.
+
+    Writes the shaper as an FMU and as a parameter set, the plant behind it as an SSP archive, a report, and all numbers as JSON.
+    Exit code 1 if no shaper does what is wanted; the words say why, and what would help.
+
+    \b
+    Examples:
+        shaper-fmu tune crane.fmu --input trolley_acceleration --output swing_angle --vary initial_rope_length=10%
+        shaper-fmu tune loop.ssp --input controller.reference --output chain.position_3 --max-delay 2
+        shaper-fmu tune ringing.csv --input force --output position
+    """
+    from shaper_fmu.report.tune.outputs import left_over, write_tuning
+    from shaper_fmu.tune.tuning import wish_for
+
+    spread = {name: share(text, "--vary") for name, text in _pairs(vary, "--vary", "mass=10%").items()}
+    allowed = share(tolerance, "--tolerance")
+    wanted: dict[str, Any] = {
+        "tolerance": allowed, "nominal_tolerance": min(allowed, share(nominal, "--nominal")),
+        "damping_margin": share(damping_margin, "--damping-margin"),
+        "longest_delay": max_delay, "kinds": tuple(kinds) if kinds else None, "allow_negative": allow_negative,
+    }  # fmt: skip
+    if margin is not None:
+        wanted["frequency_margin"] = share(margin, "--margin")
+        if not 0.0 <= wanted["frequency_margin"] < 1.0:
+            raise typer.BadParameter(f"{margin} is outside its domain: at least 0% and less than 100%", param_hint="--margin")
+    if wanted["damping_margin"] < 0.0:
+        raise typer.BadParameter(f"{damping_margin} is outside its domain: at least 0%", param_hint="--damping-margin")
+    with wrong_usage():
+        wish = wish_for(spread, **wanted)
+    target: Path = output_folder(folder or Path(f"{plant.stem}_tuned"))
+    start_values = _pairs(settings, "--set", "mass=2")
+    if plant.suffix.lower() in _TABLES:
+        found = _of_table(plant, input_, outputs, wish, excitation_end, [*spread, *start_values])
+    else:
+        found = _of_plant(plant, input_, outputs, wish, spread, start_values, amplitude=amplitude, duration=duration)
+    _tell(found)
+    written = write_tuning(found, target, report=report, say=_say)
+    for path in written:
+        if path.suffix != ".png":
+            wrote(path, f" ({found.verdict.replace('_', ' ')})" if found.caveat and path.suffix in _OF_SHAPERS else "")
+    for path in left_over(found, target, written):
+        err.print(f"note: {shown(path)} is of an earlier tuning")
+    if not found.good:
+        raise typer.Exit(1)
+
+
+def _say(what: str) -> None:
+    err.print(f"{what} ...")
+
+
+def _pairs(given: Sequence[str] | None, option: str, example: str) -> dict[str, str]:
+    found = {}
+    for text in given or []:
+        name, equals, value = text.partition("=")
+        if not (equals and name and value):
+            raise typer.BadParameter(f"{text!r} is not of the form {example}", param_hint=option)
+        found[name.strip()] = value
+    return found
+
+
+def _of_table(
+    path: Path, input_: str, outputs: list[str] | None, wish: Any, excitation_end: float | None, of_plants: list[str]
+) -> Tuning:
+    from shaper_fmu.tune.measured.table import read_table
+    from shaper_fmu.tune.tuning_measured import tune_measured
+
+    if of_plants:
+        raise typer.BadParameter(f"a measured response has no parameter {of_plants[0]!r}", param_hint="--vary or --set")
+    table = read_table(path)
+    for option, names in (("--input", [input_] if input_ else []), ("--output", outputs or [])):
+        with wrong_usage(option):
+            for name in names:
+                table[name]
+    return tune_measured(path, outputs, wish=wish, input=input_ or None, excitation_end=excitation_end)
+
+
+def _of_plant(
+    path: Path,
+    input_: str,
+    outputs: list[str] | None,
+    wish: Any,
+    spread: dict[str, float],
+    start_values: dict[str, str],
+    **options: Any,
+) -> Tuning:
+    from shaper_fmu.master.fmu import load_fmu
+    from shaper_fmu.ssp.archive import load_ssp
+    from shaper_fmu.tune.experiment.plant import alone_system
+    from shaper_fmu.tune.tuning_plant import tune_plant
+
+    if not input_:
+        raise typer.BadParameter("name the input that gets the commands", param_hint="--input")
+    if path.suffix.lower() != ".ssp":
+        fmu = load_fmu(path)
+        alone_system(fmu, {})
+        with wrong_usage("--set"):
+            alone_system(fmu, start_values)
+        _check_names(fmu, input_, outputs, spread, start_values)
+        return tune_plant(fmu, input_, outputs, wish=wish, spread=spread, start_values=start_values, say=_say, **options)
+    loaded = load_ssp(path)
+    for note in loaded.notes:
+        err.print(f"note: {note}")
+    for name, value in start_values.items():
+        with wrong_usage("--set"):
+            loaded.set(name, value)
+    _check_names(loaded.system, input_, outputs, spread, None)
+    return tune_plant(loaded.system, input_, outputs, wish=wish, spread=spread, say=_say, **options)
+
+
+def _check_names(
+    source: Fmu | System, input_: str, outputs: list[str] | None, spread: dict[str, float], start_values: dict[str, str] | None
+) -> None:
+    """Raise BadParameter for names that the plant does not have, before the experiments with it begin."""
+    from shaper_fmu.tune.experiment.plant import Plant
+    from shaper_fmu.tune.verification.shaped_plant import ShapedPlant
+
+    with wrong_usage("--input or --output"):
+        Plant(source, input_, outputs, start_values)
+    with wrong_usage("--vary"):
+        ShapedPlant(source, input_, start_values).nominal_values(spread)
+
+
+def _tell(found: Tuning) -> None:
+    """Print the modes, what was noticed, and the result."""
+    from shaper_fmu.report.tune.evidence import evidence
+    from shaper_fmu.report.tune.modes import modes_table
+
+    seen = evidence(found)
+    if seen.found.modes:
+        show(modes_table(found, seen))
+    for finding in found.findings:
+        err.print(f"note: {finding.text}")
+    verdict = found.verdict.replace("_", " ")
+    out.print(found.words if found.words.startswith(verdict) else f"{verdict}: {found.words}")

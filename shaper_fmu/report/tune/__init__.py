@@ -1,0 +1,1 @@
+"""The report of a tuned shaper, and all that `tune` writes."""

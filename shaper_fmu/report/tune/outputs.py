@@ -1,0 +1,147 @@
+"""What a tuning leaves on the disk: the shaper as an FMU and a parameter set, the shaped plant as an archive, report, numbers."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from shaper_fmu.archives import write_file
+from shaper_fmu.errors import ModelError, ShaperFmuError
+from shaper_fmu.export.build import fmu_path
+from shaper_fmu.export.native.toolchain import has_toolchain
+from shaper_fmu.export.start_values import with_start_values
+from shaper_fmu.master.system import System
+from shaper_fmu.registry import find_component
+from shaper_fmu.ssp.export import parameter_set, write_system
+from shaper_fmu.ssp.template import rounded_step
+from shaper_fmu.ssp.write import write_parameter_set
+from shaper_fmu.tune.choice.boxes import ModeBox
+from shaper_fmu.tune.tuning import Say, Tuning
+from shaper_fmu.tune.tuning_json import write_json
+from shaper_fmu.tune.verification.shaped_plant import SHAPER
+
+REFERENCE = "reference"
+"""Name of the instance that makes the command in the archive."""
+REPORT, NUMBERS, PARAMETERS, ARCHIVE = "report.html", "tuning.json", "shaper.ssv", "shaped_plant.ssp"
+_STEPS, _PERIODS = 200, 5.0
+_ABRUPT = 0.01
+"""Duration of the reference's move, in periods of the fastest mode: nearly a step, as in the verification."""
+
+
+def write_tuning(tuning: Tuning, folder: Path | str, *, report: bool = True, say: Say = lambda _: None) -> list[Path]:
+    """Write all that follows from a tuning into a folder; returns the paths.
+
+    tuning.json and, with `report`, report.html and its pictures are always written; the shaper's FMU and shaper.ssv where
+    there is a recommendation, shaped_plant.ssp where there is a plant, too, and an archive can hold it (else `say` tells why).
+    With a verdict that is not good each of these files begins its description with `Tuning.caveat`.
+    Raises ShaperFmuError if something cannot be written.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    if tuning.choice is not None and tuning.choice.recommended is not None:
+        say("writing the shaper and the system")
+        written += _write_shaper(tuning, folder, say)
+    written.append(write_json(folder / NUMBERS, tuning))
+    if report:
+        say("writing the report")
+        written += _write_report(tuning, folder)
+    return written
+
+
+def left_over(tuning: Tuning, folder: Path, written: Sequence[Path]) -> list[Path]:
+    """Files of a shaper that an earlier tuning of the same plant has left in the folder, and this one has not written."""
+    names = (f"{_name(tuning)}.fmu", PARAMETERS, ARCHIVE)
+    return [path for path in (folder / name for name in names) if path.is_file() and path not in written]
+
+
+def shaped_system(tuning: Tuning) -> System:
+    """The plant behind the recommended shaper, and a reference like the command of the verification.
+
+    It is a short move: its position for a step, its velocity for a pulse and its acceleration for a doublet, which leave a rigid
+    body at rest.
+    """
+    plant, candidate = tuning.system, tuning.candidate
+    if plant is None or candidate is None:
+        raise ShaperFmuError(f"{tuning.source}: there is no plant, or no shaper for it, so that no system can be written")
+    command = tuning.command
+    system = plant.shaped(candidate.start_values(), command.rest, _shaper(tuning), output="shaped_mean")
+    fastest = 2.0 * math.pi / max(box.natural_frequency.nominal for box in _boxes(tuning))
+    duration = (_ABRUPT * fastest, command.width, 2.0 * command.width)[command.integrators]
+    peak = (1.0, 2.0 / duration, 2.0 * math.pi / duration**2)[command.integrators]  # of a cycloid over a distance of 1
+    system.add(
+        REFERENCE, fmu_path("MotionProfile"), distance=command.amplitude / peak, duration=duration, start_time=command.start
+    )  # fmt: skip
+    output = ("position", "velocity", "acceleration")[command.integrators]
+    system.connect(f"{REFERENCE}.{output}", f"{SHAPER}.command", offset=command.rest)
+    return system
+
+
+def _write_shaper(tuning: Tuning, folder: Path, say: Say) -> list[Path]:
+    candidate, source = tuning.candidate, _shaper(tuning)
+    assert candidate is not None
+    alone = System()
+    alone.add(SHAPER, source)
+    values = {f"{SHAPER}.{name}": value for name, value in candidate.start_values().items()}
+    numbers = parameter_set(alone, values, "tuned")
+    for parameter in numbers.parameters:
+        parameter.name = parameter.name.removeprefix(f"{SHAPER}.")
+    numbers.description = tuning.caveat or None
+    written = [
+        write_file(folder / source.name, source.read_bytes()),
+        write_file(folder / PARAMETERS, write_parameter_set(numbers)),
+    ]
+    if tuning.system is not None:
+        try:
+            written.append(_write_system(tuning, folder))
+        except ModelError as error:  # what was found is not lost for what an archive cannot hold
+            say(f"the shaped plant cannot be an archive: {error}")
+    return written
+
+
+def _write_system(tuning: Tuning, folder: Path) -> Path:
+    system, boxes = shaped_system(tuning), _boxes(tuning)
+    assert tuning.candidate is not None
+    slowest = 2.0 * math.pi / min(box.natural_frequency.nominal for box in boxes)
+    fastest = 2.0 * math.pi / max(box.natural_frequency.nominal for box in boxes)
+    step = rounded_step(fastest / _STEPS)
+    stop_time = step * math.ceil((tuning.command.end + tuning.candidate.delay + _PERIODS * slowest) / step)
+    caveat = f"{tuning.caveat}. " if tuning.caveat else ""
+    unshaped = write_parameter_set(parameter_set(system, {f"{SHAPER}.shaper": "none"}, "unshaped"))
+    return write_system(
+        system,
+        folder / ARCHIVE,
+        stop_time=stop_time,
+        step=step,
+        description=f"{caveat}{tuning.source} behind the shaper {tuning.candidate.name}; look at {', '.join(tuning.outputs)}.",
+        more={"parameter_sets/unshaped.ssv": unshaped},
+    )
+
+
+def _shaper(tuning: Tuning) -> Path:
+    """An InputShaper FMU that begins as the recommended shaper; without a compiler the plain one, which needs the parameters."""
+    assert tuning.candidate is not None
+    component = find_component("InputShaper")
+    if has_toolchain():
+        component = with_start_values(component, tuning.candidate.start_values(), _name(tuning), note=tuning.caveat)
+    return fmu_path(component)
+
+
+def _name(tuning: Tuning) -> str:
+    plant = re.sub(r"\W+", "_", Path(tuning.source).stem, flags=re.ASCII).strip("_")
+    return f"InputShaper_{plant or 'tuned'}"
+
+
+def _boxes(tuning: Tuning) -> tuple[ModeBox, ...]:
+    assert tuning.choice is not None
+    return tuning.choice.boxes
+
+
+def _write_report(tuning: Tuning, folder: Path) -> list[Path]:
+    from shaper_fmu.page.blocks import write_report
+    from shaper_fmu.report.tune.report import tuning_blocks
+
+    title = f"Tuning of {tuning.source}" + (f": {tuning.input} to {', '.join(tuning.outputs)}" if tuning.input else "")
+    return write_report(folder / REPORT, title, tuning_blocks(tuning))

@@ -1,0 +1,123 @@
+"""What simulations of the plant behind the shaper have shown: responses before and after, and the verification."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from shaper_fmu.page.blocks import Block, Table, Text
+from shaper_fmu.page.figures import Figure, Line, label
+from shaper_fmu.report.sweep.curves import thinned
+from shaper_fmu.report.tune.modes import given, percent
+from shaper_fmu.tune.tuning import Tuning
+from shaper_fmu.tune.verification.responses import Responses
+from shaper_fmu.tune.verification.runs import Measured
+from shaper_fmu.tune.verification.verify import Verification
+
+_MOST_POINTS = 20
+_MOST_FAILED = 20
+
+
+def response_blocks(tuning: Tuning, shown: Sequence[str]) -> list[Block]:
+    """Outputs after the command, with and without the shaper, and the command itself."""
+    blocks: list[Block] = []
+    if tuning.responses:
+        blocks.append(command_figure(tuning, tuning.responses[0]))
+    for one in tuning.responses:
+        where = f" ({given(one.values)})" if one.values else ""
+        blocks.append(Text(f"The {'nominal plant' if one.case == 'nominal' else 'worst place that was found'}{where}:"))
+        blocks += [
+            response_figure(one, output, number) for number, output in enumerate((n for n in one.outputs if n in shown), 1)
+        ]  # fmt: skip
+    return blocks
+
+
+def response_figure(found: Responses, output: str, number: int) -> Figure:
+    """One output over time, unshaped and shaped."""
+    lines = [
+        Line(name, *thinned(found.time, values)) for name, values in zip(("unshaped", "shaped"), found.outputs[output], strict=True)
+    ]
+    title = f"{output} after the command, {'nominal' if found.case == 'nominal' else 'worst case'}"
+    return Figure(f"response_{found.case}_{number}", title, "time [s]", label(output, found.units[output]), lines)
+
+
+def command_figure(tuning: Tuning, found: Responses) -> Figure:
+    """The command and what the shaper makes of it, in the input's unit, from its beginning on."""
+    assert tuning.candidate is not None  # it was simulated
+    command, sequence = tuning.command, tuning.candidate.sequence
+    starts = np.array(command.times()) - command.start
+    jumps = np.diff(command.levels(), prepend=0.0)
+    end = 1.3 * (starts[-1] + sequence.duration) or float(found.time[-1])
+    begin = -0.05 * end
+
+    def stairs(times: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        order = np.argsort(times, kind="stable")
+        levels = command.rest + command.amplitude * np.cumsum([0.0, *steps[order]])
+        return np.repeat([begin, *times[order], end], 2)[1:-1], np.repeat(levels, 2)
+
+    lines = [
+        Line("unshaped", *stairs(starts, jumps)),
+        Line("shaped", *stairs(np.add.outer(starts, sequence.delays).ravel(), np.outer(jumps, sequence.amplitudes).ravel())),
+    ]
+    return Figure("command", "The command", "time [s]", label(tuning.input, tuning.input_unit), lines)
+
+
+def verification_blocks(tuning: Tuning) -> list[Block]:
+    """The points that were simulated, the worst first, and those that failed."""
+    found = tuning.verification
+    if found is None:
+        return []
+    blocks: list[Block] = [Text(_how(tuning, found)), points_table(tuning, found)]
+    if found.failed:
+        rows = [[given(values), reason] for values, reason in found.failed[:_MOST_FAILED]]
+        few = f" (the first {_MOST_FAILED} of {len(found.failed)})" if len(found.failed) > _MOST_FAILED else ""
+        blocks.append(Table(f"Where the plant could not be run{few}", ["parameters", "why"], rows, words=True))
+    return blocks
+
+
+def points_table(tuning: Tuning, found: Verification) -> Table:
+    """Residuals at the worst points, and at the nominal one."""
+    ranked = sorted(found.points, key=lambda one: -one.share)
+    shown = ranked[:_MOST_POINTS]
+    if not any(one is found.nominal for one in shown):
+        shown.append(found.nominal)
+    units = [tuning.system.unit(name) if tuning.system is not None else "" for name in found.outputs]
+    kept = sorted(sorted(range(len(found.outputs)), key=lambda j: -_largest(found, j))[:3])
+    head = [*found.nominal.values, "share left", *(label(f"{found.outputs[j]} before, after", units[j]) for j in kept)]
+    rows = [
+        [*(f"{value:.6g}" for value in one.values.values()), _share(one, found), *(_sizes(one, j) for j in kept)] for one in shown
+    ]  # fmt: skip
+    if not found.nominal.values:
+        head, rows = ["place", *head], [["nominal", *row] for row in rows]
+    few = f" (the worst {_MOST_POINTS} of {len(ranked)})" if len(ranked) > _MOST_POINTS else ""
+    return Table(f"Points simulated{few}: half peak-to-peak values", head, rows)
+
+
+def _largest(found: Verification, j: int) -> float:
+    """The largest share that an output keeps."""
+    return max((one.after[j] / one.before[j] for one in found.points if one.before[j] > 0.0), default=-math.inf)
+
+
+def _share(one: Measured, found: Verification) -> str:
+    return percent(one.share) + (" (nominal)" if one is found.nominal else "")
+
+
+def _sizes(one: Measured, j: int) -> str:
+    return f"{one.before[j]:.4g}, {one.after[j]:.3g}"
+
+
+def _how(tuning: Tuning, found: Verification) -> str:
+    command, unit = tuning.command, f" {tuning.input_unit}" if tuning.input_unit else ""
+    why = f" ({command.width:.4g} s between changes, which leaves a rigid body at rest)" if command.integrators else ""
+    text = (
+        f"A {command.name} of {command.amplitude:.5g}{unit} from {command.rest:.5g}{unit} at {command.start:.4g} s{why} was "
+        "simulated with and without the shaper. "
+        "Compared are half the peak-to-peak values of the outputs after the last change of the command; the share is that of the "
+        f"worst output. The communication step was {found.step:.3g} s."
+    )
+    if len(found.outputs) > 3:
+        text += f" Of {len(found.outputs)} outputs the table shows the three that keep most."
+    left = [name for name in tuning.outputs if name not in found.outputs]
+    return f"{text} Not compared, since they go on moving: {', '.join(left)}." if left else text

@@ -1,0 +1,116 @@
+"""The report of a tuning: what is recommended, from which evidence, and how it holds on the plant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from shaper_fmu.analysis.identification import CONTRADICTING
+from shaper_fmu.page.blocks import Block, Heading, Table, Text
+from shaper_fmu.report.modes import impulses_table
+from shaper_fmu.report.tune.choice import alternative_blocks, sensitivity_blocks, trade_off_blocks
+from shaper_fmu.report.tune.evidence import Evidence, evidence, ring_down_blocks, spectrum_blocks
+from shaper_fmu.report.tune.modes import mode_blocks, percent
+from shaper_fmu.report.tune.plant import response_blocks, verification_blocks
+from shaper_fmu.tune.choice.choice import Choice
+from shaper_fmu.tune.tuning import Tuning, Verdict
+from shaper_fmu.tune.tuning_json import profile_start_values
+
+VERDICTS: Mapping[Verdict, str] = {
+    "tuned": "Tuned: the shaper below fits what was asked for, and holds on the plant.",
+    "proven": "The shaper below fits what was asked for, for the modes that were measured. There was no plant to try it on.",
+    "no_vibration": "No shaper is needed: nothing vibrates.",
+    "unstable": "No shaper can help: the plant is unstable.",
+    "nothing_fits": "No shaper fits what was asked for. The one below comes nearest.",
+    "not_held": "The shaper below fits the identified modes, but the plant does not show that what was asked for holds.",
+    "not_proven": "Nothing is proven: what was found speaks against the modes, or against there being none.",
+    "not_verified": "The shaper below fits the identified modes. It could not be tried on the plant.",
+}
+
+_OF_MODES = {"Sensitivity", "Trade-off", "Alternatives"}
+_IF = "All this is for the modes found, against which findings speak: nothing of it is proven."
+_PROVEN: tuple[Verdict, ...] = ("tuned", "proven", "nothing_fits")
+"""Verdicts that do not contradict a bound for the modes found."""
+
+
+def tuning_blocks(tuning: Tuning) -> list[Block]:
+    """Blocks of the page; sections for which there is nothing are left out."""
+    found, choice = evidence(tuning), tuning.choice
+    sections: dict[str, list[Block]] = {
+        "Recommendation": recommendation_blocks(tuning),
+        "Modes": mode_blocks(tuning, found),
+        "Spectrum": [*_fewer(tuning, found), *spectrum_blocks(found)],
+        "Ring-down and fit": ring_down_blocks(found),
+    }
+    if choice is not None:
+        sections["Sensitivity"] = sensitivity_blocks(choice)
+        sections["Trade-off"] = trade_off_blocks(choice)
+    sections["Before and after"] = response_blocks(tuning, found.shown)
+    if choice is not None:
+        sections["Alternatives"] = alternative_blocks(choice)
+    if tuning.verdict == "not_proven":
+        for title in sections.keys() & _OF_MODES:
+            sections[title].insert(0, Text(_IF))
+    sections["Verification"] = verification_blocks(tuning)
+    return [block for title, blocks in sections.items() if blocks for block in (Heading(title), *blocks)]
+
+
+def recommendation_blocks(tuning: Tuning) -> list[Block]:
+    """The verdict, the reason, and the shaper with its start values."""
+    blocks: list[Block] = [Text(VERDICTS[tuning.verdict])]
+    if tuning.words:
+        blocks.append(Text(tuning.words[:1].upper() + tuning.words[1:] + "."))
+    choice, candidate = tuning.choice, tuning.candidate
+    if choice is None or candidate is None:
+        return blocks
+    blocks.append(summary_table(tuning, choice))
+    if candidate.profile is not None:
+        blocks.append(start_values_table("MotionProfile", profile_start_values(candidate.profile)))
+        if not candidate.design.factors:
+            return blocks
+        blocks.append(Text("The profile goes through an InputShaper:"))
+    return [*blocks, start_values_table("InputShaper", candidate.start_values()), impulses_table(candidate.sequence)]
+
+
+def summary_table(tuning: Tuning, choice: Choice) -> Table:
+    """The shaper's numbers and what was asked for."""
+    one, wish, seen = choice.nearest, choice.wish, tuning.verification
+    against = any(one.code in CONTRADICTING for one in tuning.findings)
+    known = "proven" if tuning.verdict in _PROVEN and not against else "if the modes were those found,"
+    rows = [
+        ["shaper" if choice.recommended is not None else "shaper (nearest)", one.name],
+        ["delay", f"{one.delay:.6g} s"],
+        [f"worst case, {known} over the ranges", f"{percent(one.worst_case)} of the unshaped vibration"],
+        [f"nominally, {known}", percent(one.nominal)],
+    ]
+    if seen is not None:
+        rows.append(["on the plant, nominal", percent(seen.nominal.share)])
+        rows.append(["on the plant, worst", percent(seen.worst.share)])
+    rows.append(["tolerance", percent(wish.tolerance)])
+    if wish.nominal_tolerance < 1.0:
+        rows.append(["nominal tolerance", percent(wish.nominal_tolerance)])
+    if wish.longest_delay < float("inf"):
+        rows.append(["longest delay", f"{wish.longest_delay:.6g} s"])
+    rows += [["margin of the frequencies", percent(wish.frequency_margin)]] if wish.frequency_margin else []
+    rows += [["margin of the damping ratios", percent(wish.damping_margin)]] if wish.damping_margin else []
+    if choice.floor:
+        rows.append(["floor: no positive shaper that fits is shorter", f"{choice.floor:.6g} s"])
+    rows += [[f"varied: {name}", f"± {percent(share)}"] for name, share in tuning.spread.items()]
+    return Table("The shaper", ["what", "value"], rows, words=True)
+
+
+def start_values_table(component: str, values: Mapping[str, Any]) -> Table:
+    """Start values of a component, element by element."""
+    rows = []
+    for name, value in values.items():
+        elements = enumerate(value, 1) if isinstance(value, list | tuple) else [(0, value)]
+        rows += [[f"{name}[{i}]" if i else name, str(v)] for i, v in elements]
+    return Table(f"Start values of the {component}", ["parameter", "value"], rows)
+
+
+def _fewer(tuning: Tuning, found: Evidence) -> list[Block]:
+    """Which outputs are shown, where there are many."""
+    if len(found.shown) == len(tuning.outputs):
+        return []
+    number, most = len(tuning.outputs), len(found.shown)
+    return [Text(f"Of {number} outputs the {most} are shown that vibrate most, compared with others of the same unit.")]

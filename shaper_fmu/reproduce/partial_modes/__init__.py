@@ -1,0 +1,1 @@
+"""Shaping only part of the modes."""

@@ -1,0 +1,26 @@
+"""Jung (2011): which modes of a chain of three masses must be shaped, through the FMUs; and the closed loop's modes, chosen.
+
+The paper prints neither masses nor gains. The chain's defaults have the modes of its eq. (11), and with the gains of
+`partial_modes_runs.GAINS` its conclusion holds as far as it can: only with the labels of the two modes swapped.
+"""
+
+from __future__ import annotations
+
+from shaper_fmu.progress import Update
+from shaper_fmu.reproduce.claims import Reproduction
+from shaper_fmu.reproduce.partial_modes.blocks import blocks
+from shaper_fmu.reproduce.partial_modes.claims import claims
+from shaper_fmu.reproduce.partial_modes.study import study
+
+
+def reproduce(update: Update) -> Reproduction:
+    """Run the paper's studies; `update(done, total)` is called now and then."""
+    found = study(update)
+    return Reproduction(
+        "partial-modes",
+        "Shaping some modes only: a chain of three masses under control",
+        "K. Jung: Reducing Effect of Residual Vibration Through Command Input Shaped Considering Partial Modes. Chungju National "
+        "University, 2011 (in Korean)",
+        claims(found),
+        blocks(found),
+    )

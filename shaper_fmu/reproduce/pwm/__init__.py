@@ -1,0 +1,1 @@
+"""Pulse-width modulated commands."""

@@ -1,0 +1,169 @@
+"""Kilic and Kapucu 2011: a command in two parts for a pendulum on a hydraulic arm.
+
+Figures 2 to 6 and the claims of the text, through the FMUs MotionProfile, InputShaper, MassSpringDamper, OverheadCrane and
+HydraulicPendulum; then what the paper leaves for later: errors in the damping.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from shaper_fmu.master.results import Results
+from shaper_fmu.page.blocks import Block, Table, Text
+from shaper_fmu.page.figures import Figure, Line, Map
+from shaper_fmu.progress import Update
+from shaper_fmu.reproduce.claims import Reproduction
+from shaper_fmu.reproduce.runs import band_below
+from shaper_fmu.reproduce.two_part.claims import band_text, claims
+from shaper_fmu.reproduce.two_part.runs import COMMANDS, DAMPING_RATIO, DISTANCE, DURATION, NATURAL_FREQUENCY, START
+from shaper_fmu.reproduce.two_part.study import (
+    ARM_RATIOS,
+    DAMPINGS,
+    ERRORS,
+    LEVEL,
+    MAP_DAMPINGS,
+    MAP_RATIOS,
+    RATIOS,
+    Study,
+    run_study,
+)
+
+PAPER = "A. Kilic, S. Kapucu: A New Robust Method for Reducing Residual Vibrations in Flexible Systems, 2011 (in Turkish)"
+_LEVELS = [(100 * LEVEL, "5 %")]
+
+
+def reproduce(update: Update) -> Reproduction:
+    """Run the study; `update(done, total)` is called after each part."""
+    study = run_study(update)
+    blocks = [_notes(), *_motions(study), _table(study), *_curves(study), *_damping(study)]
+    return Reproduction("two-part", "Two-part command for a pendulum on a hydraulic arm, run again", PAPER, claims(study), blocks)
+
+
+def _notes() -> Block:
+    return Text(
+        f"The pendulum has wn = {NATURAL_FREQUENCY} rad/s and a damping ratio of {DAMPING_RATIO}, the move covers {DISTANCE} m in "
+        f"{DURATION} s. V is the envelope of the residual vibration at the command's end over that of a step at its start. It is "
+        "given for "
+        "an oscillator (linear), for a nonlinear pendulum whose hinge makes the motion exactly, and for the whole hydraulic arm "
+        "with "
+        "servo valve, cylinder, slide and rod, whose hydraulic parameters the paper does not tell and we chose."
+    )
+
+
+def _motions(study: Study) -> list[Block]:
+    shapes = [Line(name, _time(run), run["profile.position"] / DISTANCE) for name, run in study.shapes.items()]
+    slides, swings = [], []
+    for i, (name, run) in enumerate(study.arm_runs.items()):
+        first = _time(run) <= 1.3
+        slides += [
+            Line(f"reference, {name}", _time(run)[first], run["profile.position"][first] / DISTANCE, style=2 * i),
+            Line(f"slide, {name}", _time(run)[first], run["arm.slide_position"][first] / DISTANCE, style=2 * i + 1),
+        ]
+        exact = study.swings[name].run
+        swings += [
+            Line(f"hydraulic arm, {name}", _time(run), run["arm.swing_angle"], style=2 * i),
+            Line(f"exact drive, {name}", _time(exact), exact["crane.swing_angle"], style=2 * i + 1),
+        ]
+    pressures = [
+        Line(f"{side}, {name}", _time(run), run[f"arm.pressure[{k + 1}]"] / 1e5, style=2 * i + k)
+        for i, (name, run) in enumerate(study.arm_runs.items())
+        for k, side in enumerate(("piston side", "rod side"))
+    ]
+    return [
+        Figure("commands", "The reference input and the same in two parts (figure 2)", "time [s]", "share of the distance", shapes),
+        Figure("slide", "Hydraulic arm: the slide follows (figures 3 and 4)", "time [s]", "share of the distance", slides),
+        Figure("swing", "Swing of the pendulum (figures 3 and 4)", "time [s]", "angle [rad]", swings),
+        Figure("pressure", "Hydraulic arm: pressures in the cylinder", "time [s]", "pressure [bar]", pressures),
+    ]
+
+
+def _time(run: Results) -> np.ndarray:
+    """Time since the start of the move [s]."""
+    return run.time - START
+
+
+def _table(study: Study) -> Block:
+    rows = []
+    for name in COMMANDS:
+        swing, arm = study.swings[name], study.arm[name]
+        shape = study.shapes[name].metrics
+        rows += [
+            [f"{name}, linear", _percent(study.nominal[name]), band_text(study.bands[name]), "", "", f"{shape['velocity']:.4f}"],
+            [
+                f"{name}, exact drive",
+                _percent(swing.vibration),
+                band_text(swing.band),
+                f"{swing.peak:.4f}",
+                f"{swing.residual:.3g}",
+                "",
+            ],
+            [
+                f"{name}, hydraulic arm",
+                _percent(arm.vibration),
+                band_text(study.arm_bands[name]),
+                f"{arm.peaks['arm.swing_angle']:.4f}",
+                f"{arm.envelope:.3g}",
+                f"{arm.peaks['arm.slide_velocity']:.4f}",
+            ],
+        ]
+    head = ["plant", "V, %", "V below 5 %: wn over designed", "peak swing, rad", "residual swing, rad", "peak speed, m/s"]
+    return Table("Linear, nonlinear, hydraulic", head, rows)
+
+
+def _percent(value: float) -> str:
+    return "0" if value < 1e-5 else f"{100.0 * value:.3f}"
+
+
+def _curves(study: Study) -> list[Block]:
+    lines = [Line(name, RATIOS, 100 * curve, style=i) for i, (name, curve) in enumerate(study.curves.items())]
+    inside = (ARM_RATIOS[0] - 1e-9 <= RATIOS) & (ARM_RATIOS[-1] + 1e-9 >= RATIOS)
+    arms = []
+    for i, name in enumerate(COMMANDS):
+        arms += [
+            Line(f"{name}, oscillator", RATIOS[inside], 100 * study.curves[name][inside], style=2 * i),
+            Line(f"{name}, hydraulic arm", ARM_RATIOS, 100 * study.arm_curves[name], markers=True, style=2 * i + 1),
+        ]
+    marks = [(1.0, "designed")]
+    x_label, y_label = "actual / designed wn", "V [%]"
+    title = "Robustness of the commands (figures 5 and 6), and of shaped steps"
+    rows = [[name, *(f"{100 * v:.3f}" for v in study.errors[name])] for name in COMMANDS]
+    return [
+        Figure("robustness", title, x_label, y_label, lines, _LEVELS, marks),
+        Table("V [%] at wrong frequencies", ["command", *(f"{r:g} wn" for r in ERRORS)], rows),
+        Figure("arm_robustness", "Robustness on the hydraulic arm, by the rod's length", x_label, y_label, arms, _LEVELS, marks),
+    ]
+
+
+def _damping(study: Study) -> list[Block]:
+    lines = [Line(name, DAMPINGS, 100 * curve) for name, curve in study.damping.items()]
+    panels = [(name, 100 * values) for name, values in study.maps.items()]
+    ends = {name: band_below(DAMPINGS, curve, LEVEL, DAMPING_RATIO) for name, curve in study.damping.items()}
+    limits = " and ".join(f"{low:.3f} to {high:.3f} ({name})" for name, (low, high) in ends.items())
+    return [
+        Text(
+            "What the paper leaves for later: errors in the damping. At the designed frequency V stays below 5 % for damping "
+            "ratios of "
+            f"{limits}: the two-part command is the more robust one in this, too, and may even meet an undamped pendulum."
+        ),
+        Figure(
+            "damping",
+            "Wrong damping at the designed frequency",
+            "actual damping ratio",
+            "V [%]",
+            lines,
+            _LEVELS,
+            [(DAMPING_RATIO, "designed")],
+        ),
+        Map(
+            "damping_map",
+            "Wrong frequency and damping",
+            "actual / designed wn",
+            "actual damping ratio",
+            "V [%]",
+            MAP_RATIOS,
+            MAP_DAMPINGS,
+            panels,
+            [*_LEVELS, (10.0, "10 %"), (20.0, "20 %")],
+            points=[(1.0, DAMPING_RATIO)],
+        ),
+    ]

@@ -1,0 +1,1 @@
+"""Pulses and shapers on plants that are not what they were designed for."""

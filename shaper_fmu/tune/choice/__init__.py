@@ -1,0 +1,1 @@
+"""The choice of a shaper: candidates, what each may leave, and the reasons."""

@@ -1,0 +1,133 @@
+"""Moves: the fastest one within the limits, and profiles that leave less vibration."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.profiles import Profile, profile
+from shaper_fmu.errors import ComponentError
+from shaper_fmu.profiles.kinds import NO_LIMIT
+from shaper_fmu.tune.choice.bounds import remaining
+from shaper_fmu.tune.choice.boxes import ModeBox, shares
+from shaper_fmu.tune.choice.candidates import LeftOut
+from shaper_fmu.tune.choice.wish import PROFILES, Move, Wish
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+_PANEL = 2.0
+"""Radians of the fastest mode, and nepers of its decay, for each panel of the quadrature: exact to rounding."""
+_DURATIONS = 25
+_BISECTIONS = 7
+_ROOM = 1e-3
+"""Share of the tolerance that is kept free for what lies between the points at which V is looked at."""
+_PERIODS = 3.0
+"""How much longer than the fastest move profiles are tried, in periods of the slowest mode."""
+
+
+def fastest_move(move: Move) -> Profile:
+    """The move that ends first: a trapezoid, without limits a step."""
+    limits = {"max_velocity": move.max_velocity, "max_acceleration": move.max_acceleration}
+    if min(limits.values()) >= NO_LIMIT:
+        return profile("step", move.distance, 1.0)
+    return profile("trapezoid", move.distance, **limits)
+
+
+def as_impulses(law: Profile, highest: float) -> ImpulseSequence:
+    """Impulses with the same V as the move on all modes up to `highest` [rad/s]: its velocity by Gauss-Legendre quadrature.
+
+    Amplitudes add up to 1 and delays are the nodes' [s]; V is exact to rounding. It is for bounds only, no shaper.
+    """
+    if law.duration == 0.0:
+        return ImpulseSequence((1.0,), (0.0,), 0.0)
+    times, amplitudes = [np.zeros(1)], [np.zeros(1)]
+    for begin, end in pairwise(law.pieces):
+        if not end > begin:
+            continue
+        ends = np.linspace(begin, end, 1 + max(4, math.ceil(highest * (end - begin) / _PANEL)))
+        half = 0.5 * np.diff(ends)[:, None]
+        inside = (0.5 * (ends[1:] + ends[:-1])[:, None] + half * _NODES).ravel()
+        times.append(inside)
+        amplitudes.append((half * _WEIGHTS).ravel() * law.velocity(inside) / law.distance)
+    moves = np.append(np.concatenate(amplitudes), 0.0)  # the last one at the end of the move, from which V counts
+    return ImpulseSequence(tuple(moves), (*np.concatenate(times), law.duration))
+
+
+def profiles(boxes: Sequence[ModeBox], wish: Wish, left_out: list[LeftOut]) -> Iterator[Profile]:
+    """Profiles of each kind whose V is less than that of all shorter ones of the kind, as far as a grid shows."""
+    if wish.move is None:
+        return
+    fastest = fastest_move(wish.move).duration
+    parts = shares(boxes)
+    box = boxes[int(np.argmax(parts.max(axis=1)))]
+    modes = dict.fromkeys([box.centre, box.nominal] if wish.nominal_asked else [box.centre])
+    slowest = min(box.natural_frequency.low for box in boxes)
+    longest = fastest + min(wish.longest_delay, 2.0 * math.pi * _PERIODS / slowest)
+    for kind, mode in itertools.product(filter(wish.wants, PROFILES), modes):
+        try:
+            yield from _Kind(kind, wish, mode, boxes, parts).improving(fastest, longest)
+        except ComponentError as error:
+            told = LeftOut(kind.replace("_", " "), str(error))
+            left_out += [told] if told not in left_out else []
+
+
+class _Kind:
+    """The profiles of a kind, by their duration."""
+
+    def __init__(self, kind: str, wish: Wish, mode: tuple[float, float], boxes: Sequence[ModeBox], parts: np.ndarray):
+        assert wish.move is not None  # profiles are for moves only
+        self._kind, self._move, self._mode, self._boxes, self._parts = kind, wish.move, mode, boxes, parts
+        self._tolerances = np.array([wish.tolerance, wish.nominal_tolerance]) * (1.0 - _ROOM)
+        self._highest = max(box.natural_frequency.high for box in boxes)
+
+    def improving(self, fastest: float, longest: float) -> Iterator[Profile]:
+        """Those that leave less than all shorter ones of a grid of durations, or less nominally, and the shortest one that fits."""
+        limited = min(self._move.max_velocity, self._move.max_acceleration) < NO_LIMIT
+        first = max(fastest, self._law(None).duration if limited else 0.0)
+        before, best, fits = first, np.full(2, math.inf), False
+        for duration in np.linspace(first, longest, _DURATIONS).tolist() if first <= longest else ():
+            law, levels = self._seen(duration)
+            if law is not None and (levels < best).any():
+                if self._fits(levels) and not fits:
+                    fits = True
+                    if duration > before:
+                        yield self._shortest(before, duration, law)
+                best = np.minimum(best, levels)
+                yield law
+            before = duration
+
+    def _fits(self, levels: np.ndarray) -> bool:
+        return bool((levels <= self._tolerances).all())
+
+    def _shortest(self, short: float, long: float, law: Profile) -> Profile:
+        """The shortest that fits between two durations, of which the longer one's `law` does."""
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (short + long)
+            found, levels = self._seen(middle)
+            if found is not None and self._fits(levels):
+                long, law = middle, found
+            else:
+                short = middle
+        return law
+
+    def _law(self, duration: float | None) -> Profile:
+        limits = {"max_velocity": self._move.max_velocity, "max_acceleration": self._move.max_acceleration}
+        return profile(self._kind, self._move.distance, duration, *self._mode, **limits)
+
+    def _seen(self, duration: float) -> tuple[Profile | None, np.ndarray]:
+        """A profile, its worst case at some points of the boxes and its nominal level as far as it is above its tolerance.
+
+        None for a duration of 0, or in a gap that limits leave.
+        """
+        try:
+            law = self._law(duration)
+        except ComponentError:
+            return None, np.full(2, math.inf)
+        moves = as_impulses(law, self._highest)
+        sizes = np.abs([remaining(moves, box) for box in self._boxes])
+        levels = [float((self._parts.T @ of_modes).max()) for of_modes in (sizes[:, :-1].max(axis=1), sizes[:, -1])]
+        return law, np.maximum(levels, [0.0, self._tolerances[1]])

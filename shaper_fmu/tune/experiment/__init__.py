@@ -1,0 +1,1 @@
+"""Modes of a plant from experiments with its FMU."""

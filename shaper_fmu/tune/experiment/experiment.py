@@ -1,0 +1,269 @@
+"""Identification of a plant by experiments on its FMU: excite, listen, look closer, again at other operating points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shaper_fmu.analysis.identification import (
+    Finding,
+    Identification,
+    IdentificationError,
+    Mode,
+    OtherPole,
+    free_response,
+    identify,
+)
+from shaper_fmu.design.modal_response import ModalResponse, modal_response
+from shaper_fmu.errors import ShaperFmuError
+from shaper_fmu.master.fmu import Fmu
+from shaper_fmu.master.system import System
+from shaper_fmu.tune.experiment.excitation import Excitation, ExcitationKind
+from shaper_fmu.tune.experiment.look import look
+from shaper_fmu.tune.experiment.plant import Plant
+from shaper_fmu.tune.experiment.response import TOLERATED, Experiment, Response
+from shaper_fmu.tune.linear.comparison import LinearComparison, compare
+from shaper_fmu.tune.linear.linearization import NoLinearizationError, linearize
+from shaper_fmu.tune.linear.modes import AT_REST
+
+_SAMPLES_PER_PERIOD = 30
+_FEWEST_PER_PERIOD = 12
+_TIME_CONSTANTS = 3.0
+_PERIODS = (6.0, 60.0)
+_MOST_SAMPLES = 5000
+_FEWEST_SAMPLES = 400
+_REFINEMENTS = 4
+_CLOSER = 0.2
+"""Step over the one before, where that was too coarse."""
+_SETTLED_ENOUGH = 1.3
+_GROWTH = 7.0
+"""Time constants of what grows, at most: a factor of 1100."""
+
+
+@dataclass(frozen=True)
+class PlantIdentification:
+    """What an experiment at one operating point has shown.
+
+    Attributes:
+        identification: modes and other poles of the free response; time 0 is its first sample.
+        excitation: what was done to the input, at which amplitude.
+        time: of the free response's samples, from the first on [s], shape (n,).
+        response: outputs less those without excitation, shape (n, m).
+        input, input_unit, outputs, units: names and units; `response` has a column for each output.
+        settle_time: until the plant rests, and the excitation begins [s].
+        nonlinearity: what of the response does not scale when the amplitude is halved, as a share of it.
+        coupling: what the length of the communication step changes of the response, as a share of it; 0 for an FMU alone.
+        start_values: of the operating point.
+        findings: what the user should know, of the experiment and of the identification.
+        linear: comparison with the FMU's linearization; None where that cannot be had.
+    """
+
+    identification: Identification
+    excitation: Excitation
+    time: np.ndarray
+    response: np.ndarray
+    input: str
+    input_unit: str
+    outputs: tuple[str, ...]
+    units: tuple[str, ...]
+    settle_time: float
+    nonlinearity: float
+    coupling: float
+    start_values: Mapping[str, Any]
+    findings: tuple[Finding, ...]
+    linear: LinearComparison | None = None
+
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """Modes of vibration, by rising natural frequency."""
+        return self.identification.modes
+
+    @property
+    def step(self) -> float:
+        """Distance of the samples [s]."""
+        return self.identification.step
+
+    def has(self, code: str) -> bool:
+        """Whether there is a finding of this code."""
+        return any(finding.code == code for finding in self.findings)
+
+    def step_residues(self, part: Mode | OtherPole) -> np.ndarray:
+        """Residues of a pole in the response to a unit step of the input, from its beginning, complex, shape (m,).
+
+        The vibrating part of x_j(t) is Re(residue exp(pole t)), in the output's unit per unit of the input.
+        """
+        moment = self.excitation.end + self.step
+        return part.residues[0] / self.excitation.transform(part.pole, moment)
+
+    def step_response(self, outputs: Sequence[str] | None = None) -> ModalResponse:
+        """The response to a unit step of the input, for outputs that settle. Raises IdentificationError if they do not."""
+        names = list(outputs or self.outputs)
+        places = [self.outputs.index(name) for name in names]
+        for other in self.identification.others:
+            moves = np.abs(other.residues[0][places]).max(initial=0.0) > 0.0
+            if moves and other.kind in ("offset", "drift", "acceleration", "unstable", "growth"):
+                raise IdentificationError(
+                    f"the response to a step does not settle at a value of its own: there is {other.kind} in it"
+                )
+        parts = [*self.modes, *(o for o in self.identification.others if o.pole.real < 0.0 and o.kind != "harmonic")]
+        residues = np.array([self.step_residues(part)[places] for part in parts]).T
+        final = -np.real(residues).sum(axis=1)
+        return modal_response([part.pole for part in parts], residues, final, names)
+
+
+def experiment(
+    source: Plant | System | Fmu | Path | str,
+    input: str = "",
+    outputs: Sequence[str] | None = None,
+    *,
+    point: Mapping[str, Any] | None = None,
+    start_values: Mapping[str, Any] | None = None,
+    excitation: ExcitationKind = "pulse",
+    amplitude: float | None = None,
+    duration: float | None = None,
+    smallest_share: float = 1e-3,
+    linear: bool = True,
+    restored: bool = True,
+) -> PlantIdentification:
+    """Identify the modes from `input` to `outputs` at an operating point, by experiments.
+
+    Args:
+        source: an FMU's path, an `Fmu`, a `System` with a free input, or a `Plant` made of them.
+        input, outputs, start_values: see `Plant`.
+        point: start values of the operating point, by name; the input's is the value that it is excited about.
+        excitation: what is done to the input.
+        amplitude: of the excitation, in the input's unit; None to find one at which the response is linear.
+        duration: a guess of how long a few periods of the slowest mode take [s]; else the FMU's default experiment, or 10 s.
+        smallest_share: modes with less of the amplitude than this, in each output, are not told.
+        linear: whether the modes are compared with those of the FMU's linearization, where it can be had (see `linearize`).
+        restored: whether runs begin in the settled states, where the FMUs save and restore them exactly; else all at the start.
+
+    Raises IdentificationError where nothing can be said, SimulationError where the plant cannot be run, ModelError for names.
+    """
+    plant = source if isinstance(source, Plant) else Plant(source, input, outputs, start_values)
+    trial = Experiment(plant, dict(point or {}), restored=restored)
+    try:
+        guess = duration or plant.duration_hint
+        first = amplitude if amplitude is not None else plant.first_amplitude(trial.rest)
+        trial.find_grid(first)
+        unrest = trial.settle(guess)
+        found, response = _identified(trial, excitation, first, guess, smallest_share, search=amplitude is None)
+    finally:
+        trial.close()
+    findings = _findings(response, trial, unrest) + list(found.findings)
+    compared, told = _compared(trial, found, response, smallest_share) if linear else (None, [])
+    return PlantIdentification(
+        found, response.excitation, response.time, response.values, plant.input, plant.input_unit, tuple(plant.outputs),
+        tuple(plant.units), trial.settle_time, response.nonlinearity, response.coupling, dict(point or {}),
+        tuple(findings + told), compared,
+    )  # fmt: skip
+
+
+def _identified(
+    trial: Experiment, kind: ExcitationKind, amplitude: float, guess: float, smallest_share: float, *, search: bool
+) -> tuple[Identification, Response]:
+    """A first look, then closer ones until the modes stay."""
+    seen = look(trial, kind, amplitude, guess)
+    found, response = seen.found, seen.response
+    for _ in range(_REFINEMENTS):
+        plan = _plan(found, seen.duration, trial)
+        response = _closer(trial, kind, amplitude, plan, search=search)
+        step = float(response.time[1])
+        before, found = found, identify(
+            free_response(response.values, step, trial.plant.outputs, response.error), smallest_share=smallest_share
+        )  # fmt: skip
+        if not found.has("too_fast") and (_is_same(before, found, trial) or not found.vibrates):
+            break
+    return found, response
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """Step and pulse width [s], and number of samples."""
+
+    step: float
+    width: float
+    samples: int
+
+
+def _plan(found: Identification, looked: float, trial: Experiment) -> _Plan:
+    """Samples for the fastest mode, a duration for the slowest decay; what was looked at if nothing vibrates."""
+    if not found.modes:
+        step = trial.on_grid(looked / 2000.0)
+        return _Plan(step, 8.0 * step, 2000)
+    fastest = min(mode.period for mode in found.modes)
+    if found.has("too_fast"):
+        fastest = min(fastest, _CLOSER * _SAMPLES_PER_PERIOD * found.step)
+    slowest = max(mode.period for mode in found.modes)
+    decay = min(mode.damping_ratio * mode.natural_frequency for mode in found.modes)
+    lasting = _TIME_CONSTANTS / decay if decay > 0.0 else math.inf
+    duration = min(max(_PERIODS[0] * slowest, lasting), _PERIODS[1] * slowest)
+    rising = max((other.pole.real for other in found.others if other.kind in ("growth", "unstable")), default=0.0)
+    if rising > 0.0:
+        duration = min(duration, _GROWTH / rising)
+    step = fastest / _SAMPLES_PER_PERIOD
+    if duration / step > _MOST_SAMPLES:
+        step = min(fastest / _FEWEST_PER_PERIOD, duration / _MOST_SAMPLES)
+        duration = max(min(duration, _MOST_SAMPLES * step), 3.0 * slowest)
+    step = trial.on_grid(step)
+    return _Plan(step, step * max(1, round(0.25 * fastest / step)), max(_FEWEST_SAMPLES, math.ceil(duration / step)))
+
+
+def _closer(trial: Experiment, kind: ExcitationKind, amplitude: float, plan: _Plan, *, search: bool) -> Response:
+    width = plan.width if kind != "chirp" else plan.step * max(64, plan.samples // 8)
+    made = trial.excitation(kind, amplitude, width, plan.step)
+    response = trial.respond(made, plan.step, plan.samples, search=search)
+    return trial.converged(response, plan.step)
+
+
+def _is_same(before: Identification, found: Identification, trial: Experiment) -> bool:
+    """Whether a closer look has changed nothing of importance: the fastest and slowest period and the slowest decay."""
+    if len(before.modes) != len(found.modes):
+        return False
+
+    def scales(one: Identification) -> list[float]:
+        plan = _plan(one, 1.0, trial)
+        return [plan.step, plan.step * plan.samples]
+
+    return all(abs(math.log(a / b)) < math.log(_SETTLED_ENOUGH) for a, b in zip(scales(before), scales(found), strict=True))
+
+
+def _findings(response: Response, trial: Experiment, unrest: str | None) -> list[Finding]:
+    found = [Finding("no_rest", unrest)] if unrest else []
+    if trial.settling.problem is not None:
+        found.append(Finding("state_lost", trial.settling.problem))
+    if response.nonlinearity > TOLERATED:
+        size = f"{response.excitation.amplitude:.3g} {trial.plant.input_unit}"
+        text = (
+            f"the plant is too nonlinear: about half the excitation of {size} "
+            f"changes the response per amplitude by {response.nonlinearity:.2g} of it (tolerated: {TOLERATED:g}); the modes are "
+            "those of this amplitude"
+        )
+        found.append(Finding("nonlinear", text))
+    if response.coupling > 1e-3:
+        text = f"the communication step still changes the response by {response.coupling:.1e} of it, as far as it was divided"
+        found.append(Finding("coupling", text))
+    return found
+
+
+def _compared(
+    trial: Experiment, found: Identification, response: Response, smallest_share: float
+) -> tuple[LinearComparison | None, list[Finding]]:
+    """The comparison with the FMU's linearization at the operating point, where it has one and is at rest, and what it tells."""
+    try:
+        linearization = linearize(trial.plant, point=trial.point, settle_time=trial.settle_time)
+        if linearization.at_rest:
+            compared = compare(linearization, found, response.excitation, response.nonlinearity, smallest_share)
+            return compared, [Finding("linearized", compared.text)]
+        moment, unrest = linearization.time, linearization.unrest
+        why = f"at t = {moment:g} s its states are {unrest:.1e} of their size from rest (at most {AT_REST:g})"
+    except NoLinearizationError:
+        return None, []
+    except ShaperFmuError as error:
+        why = str(error)
+    return None, [Finding("not_linearized", f"the modes are not compared with the FMU's linearization: {why}")]

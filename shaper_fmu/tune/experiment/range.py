@@ -1,0 +1,177 @@
+"""The range of each mode over operating points and amplitudes."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from shaper_fmu.analysis.identification import Finding, IdentificationError, Mode
+from shaper_fmu.errors import ModelError, SimulationError
+from shaper_fmu.master.fmu import Fmu
+from shaper_fmu.master.system import System
+from shaper_fmu.tune.experiment.experiment import PlantIdentification, experiment
+from shaper_fmu.tune.experiment.plant import Plant
+
+_FARTHEST = math.log(2.0)
+"""Modes whose frequencies differ by more than a factor of 2 are not taken for the same one."""
+_SHAPE_WEIGHT = 0.3
+_FORBIDDEN = 1e6
+
+
+@dataclass(frozen=True)
+class Range:
+    """Least, nominal and largest value."""
+
+    low: float
+    nominal: float
+    high: float
+
+
+@dataclass(frozen=True)
+class ModeRange:
+    """A mode over all experiments.
+
+    Attributes:
+        natural_frequency: [rad/s].
+        damping_ratio: of 1.
+        modes: the mode in each experiment, in their order; None where it was not found.
+    """
+
+    natural_frequency: Range
+    damping_ratio: Range
+    modes: tuple[Mode | None, ...]
+
+
+@dataclass(frozen=True)
+class PlantModes:
+    """What experiments at several operating points and amplitudes have shown.
+
+    Attributes:
+        experiments: the nominal one first.
+        ranges: of the nominal experiment's modes, by rising natural frequency.
+        findings: of the nominal experiment, and of the others as far as they differ.
+    """
+
+    experiments: tuple[PlantIdentification, ...]
+    ranges: tuple[ModeRange, ...]
+    findings: tuple[Finding, ...]
+
+    @property
+    def nominal(self) -> PlantIdentification:
+        """The experiment at the first operating point."""
+        return self.experiments[0]
+
+
+def operating_points(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
+    """All combinations of the values by name; the first of each are the nominal ones, and give the first point."""
+    if any(not len(found) for found in values.values()):
+        raise ModelError([f"{name}: there are no values" for name, found in values.items() if not len(found)])
+    return [dict(zip(values, chosen, strict=True)) for chosen in itertools.product(*values.values())]
+
+
+def identify_plant(
+    source: Plant | System | Fmu | Path | str,
+    input: str = "",
+    outputs: Sequence[str] | None = None,
+    *,
+    points: Sequence[Mapping[str, Any]] = ({},),
+    amplitude_factors: Sequence[float] = (),
+    start_values: Mapping[str, Any] | None = None,
+    **options: Any,
+) -> PlantModes:
+    """Identify the modes at each operating point, the first being the nominal one, and each mode's range.
+
+    Args:
+        source, input, outputs, start_values: see `Plant`.
+        points: start values of each operating point (see `operating_points`).
+        amplitude_factors: further experiments at each point, at these multiples of the amplitude that was found there.
+        options: of `experiment`.
+
+    An experiment that fails at another point than the nominal one is a finding. Raises as `experiment` does.
+    """
+    plant = source if isinstance(source, Plant) else Plant(source, input, outputs, start_values)
+    found: list[PlantIdentification] = []
+    failed: list[Finding] = []
+    hint = dict(options)
+    for number, point in enumerate(points):
+        try:
+            here = experiment(plant, point=point, **hint)
+            found.append(here)
+            if number == 0 and here.modes:
+                hint.setdefault("duration", here.step * len(here.time))
+            for factor in amplitude_factors:
+                amplitude = factor * here.excitation.amplitude
+                found.append(experiment(plant, point=point, **{**hint, "amplitude": amplitude}))
+        except (IdentificationError, SimulationError) as error:
+            if not found:
+                raise
+            failed.append(Finding("failed", f"at {_words(point)}: {error}"))
+    return PlantModes(tuple(found), tuple(_ranges(found)), (*found[0].findings, *failed, *_differences(found)))
+
+
+def _words(point: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in point.items()) or "the FMU's own start values"
+
+
+def _ranges(found: list[PlantIdentification]) -> list[ModeRange]:
+    nominal = found[0].modes
+    followed = [match_modes(nominal, other.modes, other.identification.signal[0]) for other in found[1:]]
+    ranges = []
+    for k, mode in enumerate(nominal):
+        modes = (mode, *(matched[k] for matched in followed))
+        there = [one for one in modes if one is not None]
+        frequencies, dampings = ([getattr(m, name) for m in there] for name in ("natural_frequency", "damping_ratio"))
+        ranges.append(
+            ModeRange(
+                Range(min(frequencies), mode.natural_frequency, max(frequencies)),
+                Range(min(dampings), mode.damping_ratio, max(dampings)),
+                modes,
+            )
+        )
+    return ranges
+
+
+def match_modes(nominal: Sequence[Mode], others: Sequence[Mode], scale: np.ndarray) -> list[Mode | None]:
+    """For each nominal mode the one among the others that is nearest in frequency and shape; None for none.
+
+    `scale`, shape (m,), makes outputs of different units comparable. The assignment minimises the sum over all modes of
+    |log frequency ratio| + 0.3 (1 - modal assurance criterion).
+    """
+    if not nominal or not others:
+        return [None] * len(nominal)
+    cost = np.array([[_distance(mode, other, scale) for other in others] for mode in nominal])
+    rows, columns = linear_sum_assignment(cost)
+    pairs = {int(i): others[int(j)] for i, j in zip(rows, columns, strict=True) if cost[i, j] < _FORBIDDEN}
+    return [pairs.get(i) for i in range(len(nominal))]
+
+
+def _distance(mode: Mode, other: Mode, scale: np.ndarray) -> float:
+    apart = abs(math.log(mode.natural_frequency / other.natural_frequency))
+    if apart > _FARTHEST:
+        return _FORBIDDEN
+    size = np.where(scale > 0.0, scale, 1.0)
+    a, b = mode.residues[0] / size, other.residues[0] / size
+    assurance = abs(np.vdot(a, b)) ** 2 / max(1e-300, float(np.vdot(a, a).real * np.vdot(b, b).real))
+    return apart + _SHAPE_WEIGHT * (1.0 - assurance)
+
+
+def _differences(found: list[PlantIdentification]) -> list[Finding]:
+    """Where modes come and go, and findings that the nominal experiment does not have."""
+    findings, known = [], {finding.code for finding in found[0].findings}
+    for other in found[1:]:
+        where = f"at {_words(other.start_values)}, amplitude {other.excitation.amplitude:.3g} {other.input_unit}"
+        if len(other.modes) != len(found[0].modes):
+            findings.append(
+                Finding("modes_differ", f"{where}: {len(other.modes)} modes, where the nominal point has {len(found[0].modes)}")
+            )
+        differs = other.linear is not None and not other.linear.agrees
+        worth = [one for one in other.findings if one.code not in known or (one.code == "linearized" and differs)]
+        findings += [Finding(one.code, f"{where}: {one.text}") for one in worth]
+    return findings

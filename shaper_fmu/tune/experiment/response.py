@@ -1,0 +1,242 @@
+"""Responses to excitations at an operating point: how long it takes to rest, how large an amplitude may be, how short a step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from shaper_fmu.errors import SimulationError
+from shaper_fmu.master.simulation import Simulation
+from shaper_fmu.master.system import System
+from shaper_fmu.tune.experiment.excitation import Excitation
+from shaper_fmu.tune.experiment.plant import Plant
+from shaper_fmu.tune.experiment.state import SettledRuns, Settling
+
+LINEAR = 1e-4
+"""Nonlinearity that is small enough, where it can be had."""
+TOLERATED = 0.02
+"""Nonlinearity from which on the plant is called too nonlinear."""
+_HALF = 0.47
+_LOOKED = 200
+_HUGE = 1e100
+_DECADES = 9
+_MOST_DOUBLINGS = 7
+_AT_REST = 1e-3
+_COUPLING = 1e-5
+_MOST_SUBSTEPS = 256
+_MOST_RISES = 2
+"""Halvings that may make it worse: solvers of FMUs err with each step, so that shorter ones need not be better."""
+_OWN_STEPS = 6
+_DIVIDED = 8
+_JUST_BEFORE = 1.0 - 1e-7
+"""Communication points come just before the FMU's own, so that rounding does not decide whether it takes a step."""
+_WORTH = 0.1
+"""Share of a run's steps in which the plant settles, from which on states are saved."""
+
+
+@dataclass(frozen=True)
+class Response:
+    """How much the outputs differ from those without excitation.
+
+    Attributes:
+        time: from the first sample after the excitation's end on [s], shape (n,).
+        values: shape (n, m), in the outputs' units.
+        error: RMS of what does not scale with the amplitude, as far as it is tolerated, shape (m,).
+        nonlinearity: that RMS over the RMS of the response, in the worst output that moves.
+        coupling: what halving the communication step changes of the response, relative, where FMUs are coupled; else 0.
+        excitation: that was applied.
+    """
+
+    time: np.ndarray
+    values: np.ndarray
+    error: np.ndarray
+    nonlinearity: float
+    coupling: float
+    excitation: Excitation
+
+
+@dataclass
+class Experiment:
+    """Runs of a plant at one operating point; runs without excitation are kept, and so are the states in which it has settled.
+
+    Close it at the end. With `restored` False each run begins at the start.
+    """
+
+    plant: Plant
+    point: Mapping[str, Any]
+    settle_time: float = 0.0
+    restored: bool = True
+    grid: float = 0.0
+    settling: Settling = field(default_factory=Settling)
+    _rests: dict[tuple[float, ...], np.ndarray] = field(default_factory=dict)
+
+    def close(self) -> None:
+        """Free the states."""
+        self.settling.close()
+
+    @property
+    def rest(self) -> float:
+        """The input's value at rest."""
+        return self.plant.rest_value(self.point)
+
+    def find_grid(self, amplitude: float) -> None:
+        """Find out whether an FMU moves on in steps of its own alone, and at which distance [s]: see `on_grid`."""
+        for own in self.plant.own_steps:
+            step = np.array([[0.0, self.rest + _HALF * amplitude]])
+            values = self.plant.run(step, _OWN_STEPS * own, own / _DIVIDED, self.point)[1]
+            moved = np.count_nonzero(np.any(np.diff(values, axis=0) != 0.0, axis=1))
+            if 0 < moved <= _OWN_STEPS + 1:
+                self.grid = max(self.grid, own * _JUST_BEFORE)
+
+    def on_grid(self, step: float) -> float:
+        """The next multiple of the distance at which an FMU moves on; the step itself if there is none [s]."""
+        return max(1, math.ceil(step / self.grid - 1e-9)) * self.grid if self.grid else step
+
+    def settle(self, look: float) -> str | None:
+        """Find how long it takes until the outputs rest over `look` [s]; a sentence if they do not."""
+        moved = np.ones((1, 3))
+        for k in range(_MOST_DOUBLINGS + 1):
+            settled = (2.0**k - 1.0) * look
+            moved = self._motion(settled, look)
+            if (moved[:, 0] <= (_AT_REST * moved[:, 1] if k else 1e-9 * moved[:, 2])).all():
+                self.settle_time = settled
+                return None
+        self.settle_time = 0.0
+        worst = int(np.argmax(moved[:, 0] / np.maximum(moved[:, 1], 1e-300)))
+        return (
+            f"the plant does not come to rest: without excitation {self.plant.outputs[worst]} still moves by "
+            f"{moved[worst, 0]:.3g} {self.plant.units[worst]} in the last {look:g} s of {2.0**_MOST_DOUBLINGS * look:g} s; "
+            "responses are differences to that motion"
+        )
+
+    def _motion(self, settled: float, look: float) -> np.ndarray:
+        """Peak-to-peak values over `look` after `settled` [s] and over all, and the magnitude, without excitation; shape (m, 3)."""
+        rest = np.array([[0.0, self.rest]])
+        step = self.on_grid(look / _LOOKED)
+        values = self.plant.run(rest, settled + look, step, self.point)[1]
+        size = np.maximum(np.abs(values).max(axis=0), 1e-300)
+        late = np.ptp(values[round(settled / step) :], axis=0)
+        return np.column_stack([late, np.maximum(np.ptp(values, axis=0), 1e-9 * size), size])
+
+    def excitation(self, kind: Any, amplitude: float, width: float, grid: float) -> Excitation:
+        """An excitation once the plant has settled, at a multiple of the `grid` [s]."""
+        start = math.ceil(self.settle_time / grid - 1e-9) * grid
+        return Excitation(kind, amplitude, width, start, self.rest, grid)
+
+    def difference(self, excitation: Excitation, step: float, samples: int, substeps: int = 1) -> np.ndarray:
+        """Outputs less those without excitation from a step after its end on, shape (samples, m). The end is on the grid."""
+        first = round(excitation.end / step) + 1
+        stop = (first + samples - 1) * step
+        key = (step, stop, substeps, excitation.rest)
+        unexcited = np.array([[0.0, excitation.rest]])
+        if key not in self._rests:
+            if len(self._rests) > 8:
+                self._rests.clear()
+            settled = round(excitation.start / step * substeps) - 1  # the excitation begins with the step after
+            self._rests[key] = self._unexcited(key, unexcited, settled)
+        rest, system = self._rests[key], self.plant.driven(excitation.table())
+        excited = self.settling.excited(key, system, self.plant.driven(unexcited), rest)
+        if excited is None:
+            excited = self._run(system, stop, step / substeps)
+        return np.clip((excited - rest)[::substeps][first : first + samples], -_HUGE, _HUGE)
+
+    def _run(self, system: System, stop: float, step: float) -> np.ndarray:
+        with Simulation(system, record=self.plant.outputs) as simulation:
+            return self.plant.values(self.plant.simulate(simulation, stop, step, self.point))
+
+    def _unexcited(self, key: tuple[float, ...], table: np.ndarray, settled: int) -> np.ndarray:
+        """Outputs at every communication step without excitation; states after `settled` steps are kept where that is worth it."""
+        system = self.plant.driven(table)
+        step, stop = key[0] / key[2], key[1]
+        worth = settled >= _WORTH * stop / step and self.restored and self.settling.problem is None
+        if worth and SettledRuns.serves(system):
+            runs = SettledRuns(system, self.plant.outputs, settled)
+            found = self.settling.unexcited(key, runs, lambda: self.plant.values(self.plant.simulate(runs, stop, step, self.point)))
+            if found is not None:
+                return found
+        return self._run(system, stop, step)
+
+    def rounding(self) -> np.ndarray:
+        """Size of the outputs' rounding errors in the runs without excitation, shape (m,)."""
+        sizes = [np.abs(values[:: int(key[2])]).max(axis=0) for key, values in self._rests.items()]
+        return 4.0 * np.finfo(float).eps * np.max(sizes, axis=0)
+
+    def respond(self, excitation: Excitation, step: float, samples: int, *, search: bool = True) -> Response:
+        """The response at an amplitude that is as large as linearity allows: from the given one down by factors of 10.
+
+        Without `search` at the given amplitude. Raises SimulationError if every amplitude makes the plant fail.
+        """
+        best: Response | None = None
+        failure: SimulationError | None = None
+        for k in range(_DECADES if search else 1):
+            weaker = replace(excitation, amplitude=excitation.amplitude * 10.0**-k)
+            try:
+                found = self._halved(weaker, step, samples)
+            except SimulationError as error:
+                failure = error
+                continue
+            if best is None or found.nonlinearity < 0.5 * best.nonlinearity:
+                best = found
+            elif found.nonlinearity > 2.0 * best.nonlinearity:
+                break  # rounding and solvers' errors weigh more and more
+            if best.nonlinearity <= LINEAR:
+                break
+        if best is None:
+            assert failure is not None
+            raise failure
+        return best
+
+    def _halved(self, excitation: Excitation, step: float, samples: int) -> Response:
+        """The response, and what of it is not in proportion to the response to about half the amplitude.
+
+        Not to half of it: all roundings are the same then, and would not be seen.
+        """
+        whole = self.difference(excitation, step, samples)
+        half = self.difference(replace(excitation, amplitude=_HALF * excitation.amplitude), step, samples)
+        error = np.hypot(_rms(whole - half / _HALF), self.rounding())
+        size = _rms(whole)
+        moves = size > 1e-9 * np.max(size, initial=0.0)
+        share = float(np.max(error[moves] / size[moves])) if moves.any() else 0.0
+        error = np.minimum(error, TOLERATED * size)  # beyond, a finding tells of it, and the fit shall see the response
+        time = step * np.arange(samples)
+        return Response(time, whole, error, share, 0.0, excitation)
+
+    def converged(self, found: Response, step: float) -> Response:
+        """The response with communication steps so short that they do not matter, by halving and Richardson's extrapolation."""
+        samples, substeps, order, rises = len(found.values), 1, 0, 0
+        coarse, previous = found.values, math.inf
+        best, least, share = found.values, math.inf, 1.0
+        while not self.grid and substeps < _MOST_SUBSTEPS and rises < _MOST_RISES:
+            substeps *= 2
+            fine = self.difference(found.excitation, step, samples, substeps)
+            if max(np.abs(fine).max(), np.abs(coarse).max()) >= _HUGE:  # so coarse a step makes it diverge
+                coarse = fine
+                continue
+            change = float(np.max(_rms(fine - coarse) / np.maximum(_rms(fine), 1e-300)))
+            order = round(math.log2(previous / change)) if 0.0 < change < previous < math.inf else 0
+            gain = 1.0 / (2.0**order - 1.0) if order in (1, 2) else 0.0
+            if substeps == 2 and change < _COUPLING and not self.plant.coupled:
+                return found  # an FMU alone, as most are: its own steps do not matter
+            rises = rises + 1 if least <= change < 1.0 else 0
+            if change < least:
+                best, least, share = fine + gain * (fine - coarse), change, 0.1 if gain else 1.0
+            if least < _COUPLING:
+                break
+            coarse, previous = fine, change
+        if np.abs(best).max() >= _HUGE:
+            raise SimulationError(
+                f"the response grows beyond {_HUGE:g} with communication steps of {step / substeps:.3g} s, too: the plant, or the "
+                "coupling of its FMUs, is unstable"
+            )
+        change = 0.0 if math.isinf(least) else least
+        known = found.error * _rms(best) / np.maximum(_rms(found.values), 1e-300)  # too coarse a response may be far too large
+        error = np.hypot(known, share * change * _rms(best))
+        return replace(found, values=best, error=error, coupling=share * change)
+
+
+def _rms(values: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.mean(values * values, axis=0))

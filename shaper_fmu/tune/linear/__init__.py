@@ -1,0 +1,1 @@
+"""Modes of a plant from its directional derivatives or differences."""

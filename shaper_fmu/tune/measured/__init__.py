@@ -1,0 +1,1 @@
+"""Modes from a measured response."""

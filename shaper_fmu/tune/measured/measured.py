@@ -1,0 +1,241 @@
+"""Modes from measured responses: tables with a time column, in CSV or Parquet files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from shaper_fmu.analysis.identification import (
+    Finding,
+    FreeResponse,
+    Identification,
+    IdentificationError,
+    free_response,
+    identify,
+)
+from shaper_fmu.analysis.identification.beginning import Beginnings, cut, first_free
+from shaper_fmu.errors import nearest
+from shaper_fmu.tune.measured.table import Table, read_table
+
+_SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0}
+_UNIFORM = 1e-3
+_GAP = 4.0
+_CHANGES = 1e-6
+"""Steps of an input above this share of its range are changes."""
+_MOSTLY = 0.5
+"""Of the steps, at most, that are changes where an input is a command and no measurement."""
+_TAIL, _FEWEST = 20, 16
+_DEVIATION, _ALIKE = 6.0, 0.3
+_LEVELS = 0.5
+"""Different values over samples, up to which a sensor may give them in steps."""
+_FREE = "the whole record is taken to be free: its modes are the same from its first sample on as from later beginnings"
+_ASSUMED = (
+    "nobody has told when the response becomes free. It seems to be from {:.4g} s on: its modes are the same from there as from "
+    "later beginnings, but what has died out by then is not seen. Tell when the excitation has ended (excitation_end, "
+    "--excitation-end), or which column it is (input, --input)"
+)
+_UNTOLD = (
+    "the response does not tell when it becomes free: there is no beginning from which on modes stay the same. Tell when the "
+    "excitation has ended (excitation_end, --excitation-end), or which column it is (input, --input)"
+)
+
+
+@dataclass(frozen=True)
+class MeasuredIdentification:
+    """What a measured response has shown.
+
+    Attributes:
+        identification: modes and other poles; time 0 is the first sample after the excitation.
+        time: of the samples that were used [s], shape (n,), on the file's clock.
+        response: shape (n, m), as it was fitted.
+        outputs, units: names and units of the columns, "" where none is told.
+        excitation_end: after which the response is free [s], on the file's clock.
+        findings: what the user should know, of the table and of the identification.
+    """
+
+    identification: Identification
+    time: np.ndarray
+    response: np.ndarray
+    outputs: tuple[str, ...]
+    units: tuple[str, ...]
+    excitation_end: float
+    findings: tuple[Finding, ...]
+
+
+def identify_measured(
+    source: Path | str | Table,
+    outputs: Sequence[str] | None = None,
+    *,
+    time: str | None = None,
+    input: str | None = None,
+    excitation_end: float | None = None,
+    units: Mapping[str, str] | None = None,
+    smallest_share: float = 1e-3,
+) -> MeasuredIdentification:
+    """Identify the modes in a measured response.
+
+    Args:
+        source: a CSV or Parquet file, or a `Table`.
+        outputs: columns to look at; all but time and input if none are named.
+        time: the time column; by default one called time or t, else the first.
+        input: the column of the excitation: the response is free after its last change.
+        excitation_end: when the response becomes free, on the file's clock, in s. Without this and `input` it is found from the
+            response where its modes tell (`first_free`), and a finding says so.
+        units: of columns whose header tells none; a header may read "position [mm]". Time may be in s, ms, us or min.
+        smallest_share: modes with less of the amplitude than this, in each column, are not told.
+
+    Raises IdentificationError for tables that make no sense, and where the data do not support an answer.
+    """
+    table = source if isinstance(source, Table) else read_table(source)
+    known = {**table.units, **(units or {})}
+    clock = _column(table, time or next((n for n in table.names if n.casefold() in ("time", "t")), table.names[0]))
+    if input is not None:
+        _column(table, input)
+    names = [_column(table, name) for name in outputs or [n for n in table.names if n not in (clock, input)]]
+    if not names:
+        raise IdentificationError("there is no column of a response beside the time")
+    unit = known.get(clock, "").strip()
+    if unit not in _SECONDS:
+        raise IdentificationError(f"the time column {clock!r} is in {unit!r}; s, ms, us and min are understood")
+    t = table[clock] * _SECONDS[unit]
+    values = np.column_stack([table[name] for name in names])
+    _check_times(t)
+    findings: list[Finding] = []
+    start: int | None = 0
+    first, note = _beginning(t, table[input] if input else None, excitation_end)
+    findings += [Finding("input_constant", note)] if note else []
+    grid, uniform, note = _uniform(t[first or 0 :], values[first or 0 :])
+    findings += [Finding("resampled", note)] if note else []
+    step = float(grid[-1] - grid[0]) / (len(grid) - 1)
+    response = free_response(uniform, step, names, _quantisation(values))
+    if first is None:
+        start = first_free(response, smallest_share)
+        if start is None:
+            raise IdentificationError(_UNTOLD)
+        grid, uniform, response = grid[start:], uniform[start:], cut(response, start)
+        findings.append(Finding("assumed_free", _ASSUMED.format(grid[0])) if start else Finding("found_free", _FREE))
+        end = float(grid[0])
+    else:
+        end = float(excitation_end if excitation_end is not None else t[first - 1])
+    found = identify(response, smallest_share=smallest_share)
+    findings += found.findings
+    if first is not None or not start:
+        findings += _unconfirmed(response, smallest_share, end, told=first is not None)
+    return MeasuredIdentification(
+        found, grid, uniform, tuple(names), tuple(known.get(name, "") for name in names), end, tuple(findings)
+    )
+
+
+def _column(table: Table, name: str) -> str:
+    if name not in table.names:
+        raise IdentificationError(f"the table has no column {name!r}.{nearest(name, table.names)}")
+    return name
+
+
+def _check_times(t: np.ndarray) -> None:
+    steps = np.diff(t)
+    if len(t) < 3 or not (steps > 0.0).all():
+        row = int(np.argmax(steps <= 0.0)) if len(t) > 1 else 0
+        raise IdentificationError(f"time does not increase from row {row + 1} on ({t[row] if len(t) else 0.0:g} s)")
+
+
+def _beginning(t: np.ndarray, excitation: np.ndarray | None, told: float | None) -> tuple[int | None, str]:
+    """The first row of the free response; None where neither the input nor the user tells, and why if there is an input."""
+    if told is not None:
+        if not np.isfinite(told):
+            raise IdentificationError(f"the end of the excitation, {told:g} s, is no finite number")
+        first = int(np.count_nonzero(t <= told + 1e-9 * (t[-1] - t[0])))
+    elif excitation is not None:
+        last = last_change(excitation)
+        if last is None:
+            return None, "the column of the excitation does not change, so that it does not tell when the response becomes free"
+        first = last + 1
+    else:
+        return None, ""
+    if len(t) - first < 2:
+        end = told if told is not None else t[min(first, len(t)) - 1]
+        raise IdentificationError(f"nothing is left after the end of the excitation at {end:g} s; the table ends at {t[-1]:g} s")
+    return first, ""
+
+
+def last_change(excitation: np.ndarray) -> int | None:
+    """The row in which an input has changed last; None if it never does.
+
+    From there on it is constant, but for white noise. Raises IdentificationError for one that never comes to rest.
+    """
+    spread = float(np.ptp(excitation))
+    steps = np.abs(np.diff(excitation))
+    if spread == 0.0:
+        return None
+    if np.count_nonzero(steps > _CHANGES * spread) <= _MOSTLY * len(steps):  # a command, as it was computed
+        return int(np.flatnonzero(steps > _CHANGES * spread)[-1]) + 1
+    tail = excitation[-max(_FEWEST, len(excitation) // _TAIL) :]
+    noise = float(np.std(tail))
+    off = np.abs(excitation - tail.mean()) > _DEVIATION * noise
+    first = int(np.flatnonzero(off)[-1]) + 1 if off.any() else 0
+    rest = excitation[first:] - excitation[first:].mean()
+    alike = float(rest[1:] @ rest[:-1] / max(1e-300, float(rest @ rest)))
+    if len(rest) < _FEWEST or alike > _ALIKE + 4.0 / math.sqrt(len(rest)):
+        raise IdentificationError(
+            "the column of the excitation does not come to rest: it is noisy or follows the response; tell when the response "
+            "becomes free (excitation_end, --excitation-end)"
+        )
+    return first if first else None
+
+
+def _unconfirmed(response: FreeResponse, smallest_share: float, end: float, *, told: bool) -> list[Finding]:
+    """A finding if later beginnings speak against a mode: then the response is not free yet, or its modes change."""
+    mode = Beginnings(response, smallest_share).contradicted(0)
+    if mode is None:
+        return []
+    later = first_free(response, smallest_share)
+    hint = f"; it seems to be free from {end + later * response.step:.4g} s on" if later else ""
+    text = (
+        f"the mode at {mode.natural_frequency:.4g} rad/s is not the same, or hardly known, where one begins later: the response is "
+        f"not free after {end:g} s, or its modes change as it decays{hint}"
+    )
+    return [Finding("not_free", text)]
+
+
+def _quantisation(values: np.ndarray) -> np.ndarray:
+    """Standard deviation of the rounding of values that a sensor gives in steps; 0 where they are not, shape (m,)."""
+    found = np.zeros(values.shape[1])
+    for j, column in enumerate(values.T):
+        levels = np.unique(column)
+        if 2 <= len(levels) <= _LEVELS * len(column):
+            step = float(np.diff(levels).min())
+            multiples = (levels - levels[0]) / step
+            if np.abs(multiples - np.round(multiples)).max() < 0.01:
+                found[j] = step / math.sqrt(12.0)
+    return found
+
+
+def _uniform(t: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, str]:
+    """The response at equal distances, and a note where it had to be interpolated. Raises IdentificationError for gaps."""
+    steps = np.diff(t)
+    usual = float(np.median(steps))
+    if steps.max() > _GAP * usual:
+        row = int(np.argmax(steps))
+        raise IdentificationError(
+            f"samples are missing: from {t[row]:g} s to {t[row + 1]:g} s there are none, otherwise every {usual:.3g} s; "
+            "use the part before or after"
+        )
+    even = np.linspace(t[0], t[-1], len(t))
+    if np.abs(t - even).max() <= _UNIFORM * usual or _is_rounded(t, even, usual):
+        return even, values, ""
+    grid = np.linspace(t[0], t[-1], max(2, round((t[-1] - t[0]) / usual) + 1))
+    note = (
+        f"samples are not at equal distances ({steps.min():.3g} s to {steps.max():.3g} s): they were interpolated by cubic "
+        "splines, so that uncertainties are approximate"
+    )
+    return grid, CubicSpline(t, values)(grid), note
+
+
+def _is_rounded(t: np.ndarray, even: np.ndarray, usual: float) -> bool:
+    """Whether times lie on an even grid but for their last written digit, which is much less than a step."""
+    return bool(np.abs(t - even).max() <= 0.02 * usual)

@@ -1,0 +1,1 @@
+"""The chosen shaper before the plant itself."""

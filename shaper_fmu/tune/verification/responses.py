@@ -1,0 +1,71 @@
+"""Responses of a plant to a command, with and without the shaper, as they are shown in the report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from shaper_fmu.tune.choice.boxes import ModeBox
+from shaper_fmu.tune.choice.choice import Candidate
+from shaper_fmu.tune.verification.command import Command
+from shaper_fmu.tune.verification.shaped_plant import ShapedPlant
+
+_PERIODS = 5.0
+_STEPS_PER_PERIOD = 40
+_MOST_POINTS = 20_000
+_BEFORE = 0.02
+"""Of the time shown: what is shown before the step."""
+
+
+@dataclass(frozen=True)
+class Responses:
+    """Outputs after a command that begins at time 0.
+
+    Attributes:
+        case: "nominal" or "worst".
+        values: of the parameters that vary.
+        time: [s], shape (n,).
+        outputs: (unshaped, shaped) of each output by name, in its unit, each of shape (n,).
+        units: of the outputs, by name.
+    """
+
+    case: str
+    values: Mapping[str, float]
+    time: np.ndarray
+    outputs: Mapping[str, tuple[np.ndarray, np.ndarray]]
+    units: Mapping[str, str]
+
+
+def simulated_responses(
+    plant: ShapedPlant,
+    outputs: Sequence[str],
+    candidate: Candidate,
+    boxes: Sequence[ModeBox],
+    command: Command,
+    case: str,
+    values: Mapping[str, float],
+    step: float,
+) -> Responses:
+    """Simulate a command with and without the candidate's shaper; its beginning is time 0 of the result.
+
+    `step` is the communication step [s], that of the verification. The points kept are a 40th of the fastest period apart at most
+    where that are not too many. Raises SimulationError if the plant cannot be run.
+    """
+    slowest = 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
+    fastest = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes)
+    end = command.end - command.start + candidate.delay + _PERIODS * slowest
+    kept = max(1, math.floor(max(fastest / _STEPS_PER_PERIOD, end / _MOST_POINTS) / step))
+    names = {name: plant.full(name) for name in outputs}
+    runs = []
+    for shaper in ({"shaper": "none"}, candidate.start_values()):
+        system = plant.commanded(shaper, command)
+        for name, value in values.items():
+            system.set(plant.full(name), value)
+        runs.append(system.simulate(command.start + end, step, record=list(names.values()), **plant.stepping))
+    before, after = runs
+    shown = np.flatnonzero(before.time >= command.start - _BEFORE * end)[::kept]
+    found = {name: (before[full][shown], after[full][shown]) for name, full in names.items()}
+    return Responses(case, values, before.time[shown] - command.start, found, {name: plant.unit(name) for name in names})

@@ -1,0 +1,169 @@
+"""Runs of a plant behind an InputShaper: what a shaped and an unshaped command leave of vibration, by steps short enough."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from shaper_fmu.errors import ComponentError, ModelError
+from shaper_fmu.master.events import treat_events
+from shaper_fmu.master.simulation import Simulation
+from shaper_fmu.tune.choice.boxes import ModeBox
+from shaper_fmu.tune.choice.choice import Candidate
+from shaper_fmu.tune.verification.command import Command
+from shaper_fmu.tune.verification.shaped_plant import ShapedPlant
+
+_UNSHAPED = {"shaper": "none"}
+_STEPS_PER_PERIOD = 160
+"""Of the fastest mode: a sine's peak is missed by 2e-4 at most."""
+_PERIODS = 1.5
+_MOST_PARAMETERS = 5
+_GROWN = 1.4
+_QUIET = 1e-9
+"""Share of the liveliest output's residual below which an output does not vibrate."""
+_AT_REST = 0.1
+"""Share of the tolerance that motion without a step may have of the unshaped residual."""
+STAYS = 1e-3
+"""Share of the tolerance by which halving the step may change a share."""
+_MOST_HALVINGS = 7
+_MOST_RISES = 2
+_SAME_TIME = 1e-6
+"""Share of a step by which times may differ that are the same."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Residuals at one set of parameters.
+
+    Attributes:
+        values: of the parameters that were varied, by name.
+        before, after: residual of each output without and with the shaper, in its unit.
+        share: the largest after / before, of the outputs that vibrate.
+        rest: the same without a step; all but 0 for a plant at rest.
+    """
+
+    values: Mapping[str, float]
+    before: tuple[float, ...]
+    after: tuple[float, ...]
+    share: float
+    rest: tuple[float, ...] = ()
+
+    @property
+    def shares(self) -> list[float]:
+        """after / before of each output; 0 for one that does not vibrate."""
+        least = _QUIET * max(self.before)
+        return [b / a if a > least else 0.0 for a, b in zip(self.before, self.after, strict=True)]
+
+
+class ShapedRuns:
+    """The plant without a command, behind an unshaped one and behind a shaped one, to be run again and again.
+
+    Args:
+        source, input, outputs, candidate, boxes, start_values, tolerance: see `verify`.
+        command: that leaves the plant at rest, but for vibration.
+
+    Attributes:
+        plant: to be wired with a shaper.
+        outputs: names with instances.
+        step: communication step of all runs [s].
+    """
+
+    def __init__(
+        self, source: Any, input: str, outputs: Sequence[str], candidate: Candidate, boxes: Sequence[ModeBox],
+        start_values: Mapping[str, Any] | None, tolerance: float, command: Command,
+    ):  # fmt: skip
+        self.plant = ShapedPlant(source, input, start_values)
+        self.outputs = [self.plant.full(name) for name in outputs]
+        self.step = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes) / _STEPS_PER_PERIOD
+        self._window = _PERIODS * 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
+        self._tolerance = tolerance
+        self._command = command
+        self._delays = {"rest": 0.0, "before": 0.0, "after": candidate.delay}
+        self._systems = {
+            "rest": self.plant.commanded(_UNSHAPED, command.without_change()),
+            "before": self.plant.commanded(_UNSHAPED, command),
+            "after": self.plant.commanded(candidate.start_values(), command),
+        }
+
+    def nominals(self, spread: Mapping[str, float]) -> dict[str, float]:
+        """Nominal values of the parameters; raises ModelError for what cannot be varied."""
+        if len(spread) > _MOST_PARAMETERS:
+            raise ModelError([f"{len(spread)} parameters are to be varied; limit: {_MOST_PARAMETERS}"])
+        return self.plant.nominal_values(spread)
+
+    def measured(self, values: Mapping[str, float]) -> Measured:
+        """What is measured at these parameters. Raises SimulationError, and ComponentError if nothing vibrates."""
+        rest, before, after = (self._residuals(case, values, self._window) for case in self._systems)
+        if not max(before) > 0.0:
+            raise ComponentError(f"no output vibrates after the unshaped {self._command.name}: {', '.join(self.outputs)}")
+        found = Measured(values, tuple(before), tuple(after), 0.0, tuple(rest))
+        return replace(found, share=max(found.shares))
+
+    def check_rest(self, found: Measured) -> None:
+        """Raise ComponentError for outputs that move without a step, too, by so much that shares mean little."""
+        for name, without, before in zip(self.outputs, found.rest, found.before, strict=True):
+            if before > _QUIET * max(found.before) and without > _AT_REST * self._tolerance * before:
+                raise ComponentError(
+                    f"the plant does not rest at {self._command.start:g} s, when the {self._command.name} comes: without it "
+                    f"{self.plant.short(name)} swings by +-{without:.3g} {self.plant.unit(name)}, {without / before:.2g} of what "
+                    f"the unshaped {self._command.name} excites; give start values at which it rests, or a settle time after "
+                    "which it does"
+                )
+
+    def check_settling(self, before: Sequence[float]) -> None:
+        """Raise ComponentError for outputs whose motion after the unshaped step goes on growing: a drift is no vibration."""
+        later = self._residuals("before", {}, 2.0 * self._window)
+        drifting = [n for n, known, size in zip(self.outputs, before, later, strict=True) if size > _GROWN * known]
+        if drifting:
+            raise ComponentError(
+                f"{', '.join(drifting)} does not settle after a {self._command.name} of {self.plant.input}: in "
+                f"{2.0 * self._window:.3g} s it moves over {_GROWN:g} times as far as in {self._window:.3g} s; name outputs "
+                "that settle, such as a deflection"
+            )
+
+    def refine(self, found: Measured) -> float:
+        """Halve the step until the shares at the nominal point stay, twice; by how much halving the step has changed them.
+
+        Where shorter steps are no better, since solvers of FMUs err with each, the step that has changed least is taken.
+        """
+        changes: list[tuple[float, float]] = []  # by halving to a step [s]
+        rises, limit = 0, STAYS * self._tolerance
+        while len(changes) < _MOST_HALVINGS and rises < _MOST_RISES:
+            self.step *= 0.5
+            coarse, found = found, self.measured({})
+            change = max(abs(a - b) for a, b in zip(coarse.shares, found.shares, strict=True))
+            rises = rises + 1 if changes and change >= changes[-1][0] else 0
+            changes.append((change, self.step))
+            if len(changes) > 1 and max(changes[-2:])[0] <= limit:
+                self.step = changes[-2][1]
+                return changes[-2][0]
+        least, self.step = min(changes)
+        return least
+
+    def _residuals(self, case: str, values: Mapping[str, float], window: float) -> list[float]:
+        """Half the peak-to-peak value of each output over a window [s] from the last change of the command on.
+
+        An output that follows the input at once has two values at that change, and solvers that step on beyond the communication
+        points tell a wrong one there when the input has been set: of such outputs the window begins with the next value.
+        """
+        system, last = self._systems[case], self._command.end + self._delays[case]
+        given = {self.plant.full(name): value for name, value in values.items()}
+        exact = treat_events(system, None).exact
+        with Simulation(system, record=self.outputs) as simulation:  # a new one: not every FMU is like new after its reset
+            found = simulation.run(
+                last + window, self.step, start_values=given, everywhere=exact, **self.plant.stepping
+            )  # fmt: skip
+        begin = last if exact else last + self.step  # without events the change comes a step later
+        after = int(np.searchsorted(found.time, begin + _SAME_TIME * self.step, "right"))
+        at = min(after - 1, int(np.searchsorted(found.time, last - _SAME_TIME * self.step))) if exact else after - 1
+        firsts = [after if self._follows(name) else at for name in self.outputs]
+        return [0.5 * float(np.ptp(found[name][first:])) for name, first in zip(self.outputs, firsts, strict=True)]
+
+    def _follows(self, output: str) -> bool:
+        """Whether an output may jump with the input."""
+        instance, variable = self.plant.plant.split(output)
+        return bool(self.plant.plant.fmus[instance].inputs_of(variable))

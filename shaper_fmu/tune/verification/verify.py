@@ -1,0 +1,191 @@
+"""Verification in the loop: the plant behind an InputShaper is simulated over a range of its parameters.
+
+The residual is half the peak-to-peak value of an output from the last change of the command on, for one and a half periods of the
+slowest mode; that of the shaped command over that of the unshaped one is compared with the tolerance. It is measured, not derived:
+nonlinearity, and whatever the identified modes miss, is in it. Outputs must settle, and rest before the step: a drift and motion
+from before would count as vibration. Communication steps are halved until they do not matter, be it for the coupling of FMUs or for
+solvers that take them for their own.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shaper_fmu.errors import ComponentError, SimulationError
+from shaper_fmu.master.fmu import Fmu
+from shaper_fmu.master.system import System
+from shaper_fmu.tune.choice.boxes import ModeBox
+from shaper_fmu.tune.choice.choice import Candidate
+from shaper_fmu.tune.verification.command import Command
+from shaper_fmu.tune.verification.runs import STAYS, Measured, ShapedRuns
+
+_POINTS = {1: 9, 2: 5}
+_FINEST = 1.0 / 128.0
+_MOST_SEARCHED = 80
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What simulations have shown.
+
+    Attributes:
+        outputs: names.
+        nominal: with the parameters' nominal values.
+        worst: where the share is largest, of all points and the local search from there.
+        points: all that was simulated.
+        failed: parameters at which the plant could not be run, and why.
+        tolerance: of the share.
+        reason: all this in words.
+        step: communication step of all runs [s].
+        step_change: by how much halving the step to this one has changed a share at the nominal point.
+    """
+
+    outputs: tuple[str, ...]
+    nominal: Measured
+    worst: Measured
+    points: tuple[Measured, ...]
+    failed: tuple[tuple[Mapping[str, float], str], ...]
+    tolerance: float
+    reason: str
+    step: float = math.nan
+    step_change: float = 0.0
+
+    @property
+    def uncertainty(self) -> float:
+        """Of all shares, where the communication step still matters: what halving it has changed; else 0."""
+        return self.step_change if self.step_change > STAYS * self.tolerance else 0.0
+
+    @property
+    def holds(self) -> bool:
+        """Whether the share is within the tolerance, with its uncertainty, at every place; not where the plant failed at one."""
+        return self.worst.share + self.uncertainty <= self.tolerance and not self.failed
+
+
+def verify(
+    source: System | Fmu | Path | str,
+    input: str,
+    outputs: Sequence[str],
+    candidate: Candidate,
+    boxes: Sequence[ModeBox],
+    spread: Mapping[str, float],
+    *,
+    tolerance: float = 0.05,
+    command: Command | None = None,
+    start_values: Mapping[str, Any] | None = None,
+) -> Verification:
+    """Simulate a command, shaped and unshaped, over a range of parameters, and search the worst case.
+
+    Args:
+        source: an FMU, or a system whose `input` is free; in a system, names are "instance.variable".
+        outputs: real outputs that settle.
+        candidate: whose shaper stands before the input.
+        boxes: the modes, for step sizes and durations.
+        spread: parameters of the plant and by which share each one varies: 0.1 for +-10 % of its start value.
+        tolerance: of the share of the unshaped residual.
+        command: after which the plant rests but for vibration; a step of 1 at the time 0 by default.
+        start_values: of an FMU given alone.
+
+    All corners and points in between (9 for one parameter, 5 x 5 for two, 3 for each of more) are simulated, then a compass
+    search goes on from the worst one. The communication step is halved at the nominal point until no share changes by more than a
+    thousandth of the tolerance. Raises ComponentError for a move's profile and for outputs that do not vibrate, settle or rest
+    before the step, ModelError for wrong names and parameters, SimulationError if the plant cannot be run nominally.
+    """
+    if candidate.profile is not None:
+        raise ComponentError(f"{candidate.name}: a move's profile is no shaper; simulate a MotionProfile instead")
+    runs = ShapedRuns(source, input, outputs, candidate, boxes, start_values, tolerance, command or Command())
+    nominals = runs.nominals(spread)
+    first = runs.measured({})
+    runs.check_settling(first.before)
+    runs.check_rest(first)
+    change = runs.refine(first)
+    search = _Worst(runs, nominals, spread)
+    nominal = search.measured((0.0,) * len(spread), needed=True)
+    assert nominal is not None  # else the error was raised
+    search.grid()
+    search.compass()
+    worst = max(search.points.values(), key=lambda one: one.share)
+    found = Verification(
+        tuple(outputs), nominal, worst, tuple(search.points.values()), tuple(search.failed), tolerance, "",
+        runs.step, change,
+    )  # fmt: skip
+    return Verification(**{**vars(found), "reason": _words(found, spread)})
+
+
+class _Worst:
+    """A search for the largest share, over places in [-1, 1]^n."""
+
+    def __init__(self, runs: ShapedRuns, nominals: Mapping[str, float], spread: Mapping[str, float]):
+        self._runs, self._nominals, self._spread = runs, nominals, spread
+        self.points: dict[tuple[float, ...], Measured] = {}
+        self.failed: list[tuple[Mapping[str, float], str]] = []
+        self._tried: set[tuple[float, ...]] = set()
+
+    def measured(self, place: tuple[float, ...], needed: bool = False) -> Measured | None:
+        """What is measured at a place; None where the plant could not be run."""
+        if place in self._tried:
+            return self.points.get(place)
+        self._tried.add(place)
+        values = {
+            name: value * (1.0 + x * self._spread[name]) for (name, value), x in zip(self._nominals.items(), place, strict=True)
+        }
+        try:
+            found = self._runs.measured(values)
+            self._runs.check_rest(found)
+        except (SimulationError, ComponentError) as error:
+            if needed:
+                raise
+            self.failed.append((values, str(error)))
+            return None
+        self.points[place] = found
+        return self.points[place]
+
+    def grid(self) -> None:
+        """Corners and what is between them."""
+        count = _POINTS.get(len(self._spread), 3)
+        for place in itertools.product(np.linspace(-1.0, 1.0, count).tolist(), repeat=len(self._spread)):
+            self.measured(place)
+
+    def compass(self) -> None:
+        """From the worst place on to the worst of its neighbours, with ever smaller steps."""
+        place = max(self.points, key=lambda one: self.points[one].share)
+        step, begun = 0.5, len(self._tried)
+        while step >= _FINEST and len(self._tried) - begun < _MOST_SEARCHED and place:
+            around = [(near, self.measured(near)) for near in _neighbours(place, step)]
+            better = [(found.share, near) for near, found in around if found is not None and found.share > self.points[place].share]
+            if better:
+                place = max(better)[1]
+            else:
+                step *= 0.5
+
+
+def _neighbours(place: tuple[float, ...], step: float) -> Iterator[tuple[float, ...]]:
+    for k, sign in itertools.product(range(len(place)), (-1.0, 1.0)):
+        yield (*place[:k], min(1.0, max(-1.0, place[k] + sign * step)), *place[k + 1 :])
+
+
+def _words(found: Verification, spread: Mapping[str, float]) -> str:
+    over = " and ".join(f"{name} +-{100.0 * share:.3g} %" for name, share in spread.items()) or "the nominal parameters"
+    worst = found.worst
+    where = ", ".join(f"{name} = {value:.4g}" for name, value in worst.values.items())
+    sizes = [f"{name} {a:.3g} before, {b:.3g} after" for name, a, b in zip(found.outputs, worst.before, worst.after, strict=True)]
+    verdict = "holds" if found.holds else "does not hold" if worst.share > found.tolerance else "is not shown to hold"
+    text = (
+        f"over {over} the shaped plant leaves at most {100.0 * worst.share:.3g} % of the unshaped vibration"
+        f"{f' (at {where})' if where else ''}, nominally {100.0 * found.nominal.share:.3g} %: the tolerance of "
+        f"{100.0 * found.tolerance:.3g} % {verdict}. Half peak to peak there: {'; '.join(sizes)}"
+    )
+    if found.uncertainty:
+        text += (
+            f". The communication step still matters: halving it to {found.step:.3g} s changes the nominal share by "
+            f"{100.0 * found.step_change:.2g} %"
+        )
+    if found.failed:
+        text += f". At {len(found.failed)} other places the plant could not be run; the first: {found.failed[0][1]}"
+    return text

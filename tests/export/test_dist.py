@@ -1,0 +1,96 @@
+"""The wheel: what `make dist` builds gives its user every native FMU, without compiler, ziglang or source checkout."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+import pytest
+
+import shaper_fmu
+from shaper_fmu import fmu_path
+from shaper_fmu.registry import components
+
+ROOT = Path(__file__).parents[2]
+PACKED = ("shaper_fmu", "plants", "pyproject.toml", "README.md", "LICENSE")
+
+USER = """
+import hashlib, importlib.util, json, subprocess, sys, sysconfig
+assert importlib.util.find_spec("ziglang") is None
+from shaper_fmu import System, components, fmu_path
+found = {f"{name}{fmi}": hashlib.sha256(fmu_path(name, fmi=fmi).read_bytes()).hexdigest() for name in components() for fmi in (2, 3)}
+assert "site-packages" in str(fmu_path("InputShaper", fmi=3))
+system = System("shaped")
+system.add("shaper", fmu_path("InputShaper"), natural_frequency=[10.0])
+system.add("plant", fmu_path("MassSpringDamper"), damping=0.0)
+system.drive("shaper.command", 100.0)
+system.connect("shaper.shaped_mean", "plant.force")
+found["position"] = float(system.simulate(stop_time=1.0, step=0.01)["plant.position"][-1]).hex()
+print(json.dumps(found))
+"""
+
+
+def pip() -> list[str]:
+    """A pip that can install into another environment; this environment may have none."""
+    for python in (sys.executable, sys._base_executable):  # pyright: ignore[reportAttributeAccessIssue]
+        if subprocess.run([python, "-m", "pip", "--version"], capture_output=True, check=False).returncode == 0:
+            return [python, "-m", "pip", "--disable-pip-version-check", "--quiet"]
+    pytest.fail("no pip")
+
+
+def run(command: list[str], **options) -> str:
+    done = subprocess.run(command, capture_output=True, text=True, timeout=900, **options)
+    assert done.returncode == 0, f"{command}: {done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory) -> Path:
+    """A fresh environment with nothing but the wheel and what it requires."""
+    folder = tmp_path_factory.mktemp("dist")
+    source = folder / "source"
+    for name in PACKED:
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__", "shipped"))
+        else:
+            shutil.copy(ROOT / name, source)
+    run([sys.executable, "-m", "shaper_fmu.export.build"], cwd=source, env={**os.environ, "PYTHONPATH": str(source)})
+    run([*pip(), "wheel", "--no-deps", "--wheel-dir", str(folder), "."], cwd=source)
+    shutil.rmtree(source)
+    venv.create(folder / "environment", with_pip=False)
+    python = folder / "environment" / "bin" / "python"
+    wheel = next(folder.glob("*.whl"))
+    assert wheel.name.startswith(f"shaper_fmu-{shaper_fmu.__version__}-")
+    run([*pip(), "--python", str(python), "install", str(wheel)])
+    return python
+
+
+def test_the_wheel_hands_out_all_native_fmus_and_they_run(clean, tmp_path):
+    (tmp_path / "plants").mkdir()
+    (tmp_path / "plants" / "__init__.py").write_text("raise RuntimeError('the user has plants, too')\n")
+    environment = {"PATH": "", "HOME": str(tmp_path), "SHAPER_FMU_CACHE": str(tmp_path / "cache")}
+    found = json.loads(run([str(clean), "-c", USER], cwd=tmp_path, env=environment))
+    position = float.fromhex(found.pop("position"))
+    assert position == pytest.approx(1.0, abs=1e-3)  # ZV on its own mode: 100 N on 100 N/m, at rest
+    built = {
+        f"{name}{fmi}": hashlib.sha256(fmu_path(name, fmi=fmi).read_bytes()).hexdigest() for name in components() for fmi in (2, 3)
+    }
+    assert found == built
+
+
+def test_build_without_a_compiler_hands_them_out_and_says_what_it_cannot_do(clean, tmp_path):
+    command = [str(clean.parent / "shaper-fmu"), "build"]
+    environment = {"PATH": "", "HOME": str(tmp_path), "SHAPER_FMU_CACHE": str(tmp_path / "cache")}
+    run([*command, "InputShaper", "--fmi", "3", "--output", "out"], cwd=tmp_path, env=environment)
+    assert (tmp_path / "out" / "InputShaper.fmu").read_bytes() == fmu_path("InputShaper", fmi=3).read_bytes()
+    shutil.copy(ROOT / "examples" / "my_plant.py", tmp_path)
+    done = subprocess.run([*command, "my_plant.py"], capture_output=True, text=True, cwd=tmp_path, env=environment, check=False)
+    assert done.returncode == 1
+    assert "native FMUs are compiled by ziglang, which is not installed: pip install 'shaper-fmu[native]'" in done.stderr
+    assert "Traceback" not in done.stderr

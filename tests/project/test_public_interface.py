@@ -1,0 +1,96 @@
+"""What others wire to: the FMUs' names, the Python names, the README's code."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import shaper_fmu
+from shaper_fmu.registry import components
+
+ROOT = Path(__file__).parents[2]
+
+# The FMU interface that is public: never take a name away, never change a causality.
+NAMES = {
+    "InputShaper": {
+        "input": "command",
+        "output": "shaped shaped_mean next_event_time settled",
+        "parameter": "shaper modes natural_frequency damping_ratio shape_mode vibration_tolerance negative_amplitude custom_impulses "
+        "custom_amplitude custom_delay",
+        "calculatedParameter": "duration impulses insensitivity",
+    },
+    "MotionProfile": {
+        "output": "position velocity acceleration moving next_event_time",
+        "parameter": "profile distance duration start_time natural_frequency damping_ratio max_velocity max_acceleration",
+    },
+    "PulseTrain": {
+        "output": "pulse reference carrier next_event_time",
+        "parameter": "design amplitude duration start_time natural_frequency damping_ratio frequency_ratio",
+        "calculatedParameter": "pulses switches minimum_pulse_width residual_vibration",
+    },
+    "PulseWidthModulator": {
+        "input": "reference",
+        "output": "pulse next_event_time",
+        "parameter": "carrier_frequency carrier_phase minimum_pulse_width",
+    },
+    "PositionController": {
+        "input": "reference position velocity",
+        "output": "force",
+        "parameter": "proportional_gain integral_gain derivative_gain force_limit",
+    },
+    "MassSpringDamper": {
+        "input": "force",
+        "output": "position velocity acceleration",
+        "parameter": "mass stiffness damping",
+        "calculatedParameter": "natural_frequency damping_ratio",
+    },
+    "OverheadCrane": {
+        "input": "trolley_acceleration hoist_speed",
+        "output": "trolley_position rope_length swing_angle swing_rate load_position",
+        "parameter": "initial_rope_length damping_ratio gravity",
+        "calculatedParameter": "natural_frequency",
+    },
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_public_names_are_there(name):
+    variables = components()[name].variables
+    for causality, names in NAMES[name].items():
+        for variable in names.split():
+            assert variables[variable].causality == causality
+
+
+def test_enumeration_values_never_change():
+    found = {}
+    for component, variable in (("InputShaper", "shaper"), ("MotionProfile", "profile"), ("PulseTrain", "design")):
+        kind: Any = components()[component].variables[variable].kind
+        found[variable] = " ".join(f"{item.name}={item.value}" for item in kind)
+    assert found == {
+        "shaper": "none=1 zv=2 zvd=3 zvdd=4 zvddd=5 mzv=6 ei=7 two_hump_ei=8 three_hump_ei=9 um_zv=10 um_zvd=11 sna_zv=12 "
+        "custom=13 um_ei=14 miszv=15",
+        "profile": "step=1 trapezoid=2 cycloid=3 polynomial_345=4 cycloid_versine_ramp=5 two_part=6 s_curve=7",
+        "design": "carrier=1 carrier_polished=2 minimax=3 um_zv=4 um_zvd=5 zv_carrier=6",
+    }
+
+
+def test_every_public_python_name_is_importable():
+    assert sorted(shaper_fmu.__all__) == sorted(shaper_fmu._HOME)
+    for name in shaper_fmu.__all__:
+        assert getattr(shaper_fmu, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'Sytem'"):
+        _ = shaper_fmu.Sytem  # pyright: ignore
+
+
+def test_the_readmes_python_runs(fmus, tmp_path):
+    blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(), re.MULTILINE | re.DOTALL)
+    assert len(blocks) == 2
+    (tmp_path / "fmus").symlink_to(fmus)
+    for block in blocks:
+        done = subprocess.run([sys.executable, "-c", block], capture_output=True, text=True, cwd=tmp_path, timeout=900)
+        assert done.returncode == 0, done.stderr
