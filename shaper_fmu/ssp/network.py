@@ -115,9 +115,9 @@ class Network:
             yield from self.paths_from(wire.target, (*before, wire))
 
     def unit(self, node: Node) -> Unit | None:
-        """The unit of the numbers at a node: the FMU's, what the file declares, or that of the connectors inside."""
-        if self.is_variable(node):
-            return fmu_unit(self.fmus[node.path], str(self.variable(node).name))
+        """The unit of the numbers at a node: the FMU's, or what the file declares, or else that of the connectors inside."""
+        if self.is_variable(node) and (unit := fmu_unit(self.fmus[node.path], str(self.variable(node).name))) is not None:
+            return unit
         declared = self.declared(node)
         return declared.unit if declared is not None and declared.unit is not None else self._deduced_unit(node)
 
@@ -153,7 +153,8 @@ class Network:
     def taken(self, node: Node) -> Meaning | None:
         """What a node takes as a value: an FMU's variable, or a connector of which the file tells the type."""
         if self.is_variable(node):
-            return fmu_meaning(self.fmus[node.path], node.name)
+            found = fmu_meaning(self.fmus[node.path], node.name)
+            return Meaning(found.kind, self.unit(node), found.items)
         declared = self.declared(node)
         return Meaning(declared.kind, self.unit(node), declared.items) if declared is not None else None
 

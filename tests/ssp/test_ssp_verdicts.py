@@ -6,7 +6,7 @@ import random
 from pathlib import Path
 
 import pytest
-from broken_archives import BROKEN, PLANT, PROFILE, PULSE, SHAPER
+from broken_archives import BROKEN, PLANT, PROFILE, PULSE, SHAPER, part
 from right_system import SSD, system_files, wrong_files
 from ssp_archives import binding, component, connection, connectors, ssd, ssv, system
 from test_ssp_check import changed_at_random
@@ -167,6 +167,17 @@ def test_units_of_one_name_that_two_files_define_otherwise_are_told(parts, tmp_p
     assert any("force -> plant.force: unit N does not convert to N" in str(finding) for finding in loaded.findings)
 
 
+def test_a_declared_unit_counts_where_the_fmu_tells_none(parts, tmp_path):
+    """By the standard's schema of units: the FMU's is the default. The pulse has none, so that one of kN is 1000 N."""
+    pushed = part("train", PULSE, "pulse output kN"), part("plant", PLANT, "force input N")
+    loaded = load(parts, tmp_path, system("", "".join(pushed), connection("train.pulse", "plant.force")))
+    assert loaded.system.unit(("train", "pulse")) == ""
+    assert loaded.system.scalings == {("plant", "force"): (1000.0, 0.0)}
+    pushed = part("train", PULSE, "pulse output m"), part("plant", PLANT, "force input N")
+    with pytest.raises(ModelError, match=r"train\.pulse -> plant\.force: unit m does not convert to N"):
+        load(parts, tmp_path, system("", "".join(pushed), connection("train.pulse", "plant.force")))
+
+
 def test_a_run_of_no_length_is_no_error(parts, tmp_path):
     """The master takes it; the check says that the end is not after the beginning."""
     text = ssd(system("", component("plant", PLANT))).replace(b'stopTime="1"', b'stopTime="0"')
@@ -176,9 +187,9 @@ def test_a_run_of_no_length_is_no_error(parts, tmp_path):
 
 
 def test_a_description_in_itself_is_refused_by_both(parts, tmp_path):
-    part = '<ssd:Component name="{}" type="application/x-ssp-definition" source="SystemStructure.ssd"/>'
+    element = '<ssd:Component name="{}" type="application/x-ssp-definition" source="SystemStructure.ssd"/>'
     for names, words in (("a", "system 'a' is nested deeper than 32 levels, or in itself"), ("ab", "more than 20000 elements")):
-        files = {**parts, SSD: ssd(system("", "".join(part.format(name) for name in names)))}
+        files = {**parts, SSD: ssd(system("", "".join(element.format(name) for name in names)))}
         assert words in " ".join(str(finding) for finding in check_doors(files, tmp_path / "x.ssp") if finding.stops)
 
 
