@@ -31,6 +31,16 @@ def test_a_solver_that_moves_on_in_steps_of_its_own():
     assert poles_of(found) == pytest.approx(list(swinging(matrices(**MODES)[0])), rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("modes", "step"),
+    [({"w1": 40.0, "z1": 0.5, "w2": 90.0, "z2": 0.4, "b2": 5.0}, 5.0), (MODES, 1000.0), (MODES, 20.0), (MODES, 0.3)],
+)
+def test_a_default_step_that_is_none_of_the_solvers_own(modes, step):
+    """However long it is, above the run of 10 s, too: a plant that is at rest when it is over does not move on in such steps."""
+    found = experiment(linear_fmu(2, own_step=step), "u", ["y"], start_values=modes, linear=False)
+    assert poles_of(found) == pytest.approx(list(swinging(matrices(**modes)[0])), rel=1e-5)
+
+
 def test_a_solvers_tolerance_is_told_where_it_is_asked_for():
     system = System()
     system.add("plant", linear_fmu(2), faulty("tolerant"), u=0.0)

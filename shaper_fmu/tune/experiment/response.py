@@ -88,8 +88,9 @@ class Experiment:
         for own in self.plant.own_steps:
             step = np.array([[0.0, self.rest + _HALF * amplitude]])
             values = self.plant.run(step, _OWN_STEPS * own, own / _DIVIDED, self.point)[1]
-            moved = np.count_nonzero(np.any(np.diff(values, axis=0) != 0.0, axis=1))
-            if 0 < moved <= _OWN_STEPS + 1:
+            moved = np.flatnonzero(np.any(np.diff(values, axis=0) != 0.0, axis=1))
+            # not one that has come to rest after a few samples: a step that is told may be much longer than all that happens
+            if len(moved) > 1 and np.diff(moved).min() >= _DIVIDED - 1:
                 self.grid = max(self.grid, own * _JUST_BEFORE)
 
     def on_grid(self, step: float) -> float:
