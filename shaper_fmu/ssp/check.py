@@ -127,18 +127,18 @@ def _check_fmus(found: Resolved) -> None:
         what = f"component {place.element.name!r}"
         for finding in fmu.findings:
             place.scope.tell(place.element.line, f"{what}: {fmu.name}: modelDescription.xml: {finding}", Weight.DEVIATION)
-        problem = _library_problem(fmu)
-        if problem:
-            place.scope.tell(place.element.line, f"{what}: {problem}", Weight.RUN)
+        for problem in _library_problems(fmu):
+            place.scope.tell(place.element.line, f"{what}: {fmu.name}{problem}", Weight.RUN)
 
 
-def _library_problem(fmu: Fmu) -> str | None:
-    """What is wrong with the FMU's library for this machine."""
+def _library_problems(fmu: Fmu) -> list[str]:
+    """What is wrong with the FMU's libraries for this machine."""
     folder, name = (fmpy.platform_tuple if fmu.version == 3 else fmpy.platform), fmu.co_simulation.modelIdentifier
-    if (fmu.folder / "binaries" / folder / f"{name}{fmpy.sharedLibraryExtension}").is_file():
-        return None
-    others = sorted({path.parent.name for path in (fmu.folder / "binaries").glob("*/*")})
-    return f"{fmu.name} has no library for this machine ({folder}); it has {', '.join(others) or 'none at all'}"
+    binaries = fmu.folder / "binaries"
+    if (binaries / folder / f"{name}{fmpy.sharedLibraryExtension}").is_file():
+        return [f": {problem}" for problem in fmu.library_problems(binaries / folder)]
+    others = sorted({path.parent.name for path in binaries.glob("*/*")})
+    return [f" has no library for this machine ({folder}); it has {', '.join(others) or 'none at all'}"]
 
 
 def _check_sets(found: Resolved) -> None:

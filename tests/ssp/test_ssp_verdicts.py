@@ -178,6 +178,19 @@ def test_a_declared_unit_counts_where_the_fmu_tells_none(parts, tmp_path):
         load(parts, tmp_path, system("", "".join(pushed), connection("train.pulse", "plant.force")))
 
 
+def test_a_library_that_is_cut_off_is_told(parts, tmp_path):
+    """A run refuses it, since to load it would end the process."""
+    path = f"resources/{PLANT}.fmu"
+    inner = read_archive(parts[path], path)
+    for name in (name for name in inner if name.startswith("binaries/")):
+        inner[name] = inner[name][: len(inner[name]) // 2]
+    files = {**parts, path: write_archive(tmp_path / "plant.fmu", inner).read_bytes()}
+    (found,) = check_doors({**files, SSD: ssd(system("", component("plant", PLANT)))}, tmp_path / "x.ssp")
+    assert found.weight == Weight.RUN
+    assert found.words.startswith("component 'plant': MassSpringDamper.fmu: ")
+    assert "is cut off: it has" in found.words
+
+
 def test_a_run_of_no_length_is_no_error(parts, tmp_path):
     """The master takes it; the check says that the end is not after the beginning."""
     text = ssd(system("", component("plant", PLANT))).replace(b'stopTime="1"', b'stopTime="0"')
