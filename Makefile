@@ -44,9 +44,10 @@ dist: $(READY)  ## Build a wheel that carries the native FMUs of all components,
 bench: $(READY)  ## Measure against peers; writes bench/results.json
 	$(BIN)/python bench/run.py
 
-lint: $(READY)  ## ruff and pyright
+lint: $(READY)  ## ruff, the layers of imports, pyright
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports
 	$(BIN)/pyright
 
 format: $(READY)  ## Format the code

@@ -21,8 +21,8 @@ from rich.console import Console
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.progress import runs_progress
 from shaper_fmu.ssp.archive import load_ssp, pack_ssp
-from shaper_fmu.sweep.engine import available_workers, job_of, provenance_of, with_nominals
-from shaper_fmu.sweep.engines import Engine, Processes, Serial
+from shaper_fmu.sweep.engine import job_of, provenance_of, with_nominals
+from shaper_fmu.sweep.engines import Engine, Processes, Serial, available_workers
 from shaper_fmu.sweep.job import Job
 from shaper_fmu.sweep.measures import Peak, Residual
 from shaper_fmu.sweep.store import Outcome, Store, Task

@@ -37,11 +37,12 @@ if TYPE_CHECKING:
     from shaper_fmu.sweep.store import Store
     from shaper_fmu.sweep.study import Study, read_study
     from shaper_fmu.tune.choice.boxes import ModeBox, mode_boxes
-    from shaper_fmu.tune.choice.choice import Choice, choose
+    from shaper_fmu.tune.choice.choice import choose
+    from shaper_fmu.tune.choice.result import Choice
     from shaper_fmu.tune.choice.wish import Move, Wish
-    from shaper_fmu.tune.experiment.experiment import PlantIdentification, experiment
-    from shaper_fmu.tune.experiment.range import PlantModes, identify_plant, operating_points
-    from shaper_fmu.tune.measured.measured import MeasuredIdentification, identify_measured
+    from shaper_fmu.tune.identify.experiment import PlantIdentification, experiment
+    from shaper_fmu.tune.identify.measured import MeasuredIdentification, identify_measured
+    from shaper_fmu.tune.identify.range import PlantModes, identify_plant, operating_points
     from shaper_fmu.tune.tuning import Tuning, wish_for
     from shaper_fmu.tune.tuning_measured import tune_measured
     from shaper_fmu.tune.tuning_plant import tune_plant
@@ -73,10 +74,11 @@ _HOMES = {
     "sweep.store": ["Store"],
     "sweep.study": ["Study", "read_study"],
     "tune.choice.boxes": ["ModeBox", "mode_boxes"],
-    "tune.choice.choice": ["Choice", "choose"],
-    "tune.experiment.experiment": ["PlantIdentification", "experiment"],
-    "tune.experiment.range": ["PlantModes", "identify_plant", "operating_points"],
-    "tune.measured.measured": ["MeasuredIdentification", "identify_measured"],
+    "tune.choice.choice": ["choose"],
+    "tune.choice.result": ["Choice"],
+    "tune.identify.experiment": ["PlantIdentification", "experiment"],
+    "tune.identify.range": ["PlantModes", "identify_plant", "operating_points"],
+    "tune.identify.measured": ["MeasuredIdentification", "identify_measured"],
     "report.tune.outputs": ["write_tuning"],
     "tune.tuning": ["Tuning", "wish_for"],
     "tune.tuning_measured": ["tune_measured"],

@@ -159,7 +159,7 @@ def _pairs(given: Sequence[str] | None, option: str, example: str) -> dict[str, 
 def _of_table(
     path: Path, input_: str, outputs: list[str] | None, wish: Any, excitation_end: float | None, of_plants: list[str]
 ) -> Tuning:
-    from shaper_fmu.tune.measured.table import read_table
+    from shaper_fmu.tune.identify.measured_table import read_table
     from shaper_fmu.tune.tuning_measured import tune_measured
 
     if of_plants:
@@ -183,7 +183,7 @@ def _of_plant(
 ) -> Tuning:
     from shaper_fmu.master.fmu import load_fmu
     from shaper_fmu.ssp.archive import load_ssp
-    from shaper_fmu.tune.experiment.plant import alone_system
+    from shaper_fmu.tune.identify.plant import alone_system
     from shaper_fmu.tune.tuning_plant import tune_plant
 
     if not input_:
@@ -209,7 +209,7 @@ def _check_names(
     source: Fmu | System, input_: str, outputs: list[str] | None, spread: dict[str, float], start_values: dict[str, str] | None
 ) -> None:
     """Raise BadParameter for names that the plant does not have, before the experiments with it begin."""
-    from shaper_fmu.tune.experiment.plant import Plant
+    from shaper_fmu.tune.identify.plant import Plant
     from shaper_fmu.tune.verification.shaped_plant import ShapedPlant
 
     with wrong_usage("--input or --output"):

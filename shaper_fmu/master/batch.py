@@ -22,7 +22,7 @@ from shaper_fmu.master.process_state import Share, keeping, put_back
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.signals import Interpolation
 from shaper_fmu.master.simulation import Simulation, ends_whole, number_of_steps, set_exact
-from shaper_fmu.master.system import System
+from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.whole_run import whole_runs
 from shaper_fmu.master.wiring import Port
 
@@ -56,7 +56,7 @@ class Batch:
     system's own value, or the FMU's. Raises ModelError for wrong names, and for a system that cannot be run as a batch.
     """
 
-    def __init__(self, system: System, plan: Plan, metrics: Mapping[str, Metric], varied: Sequence[str]):
+    def __init__(self, system: SystemStructure, plan: Plan, metrics: Mapping[str, Metric], varied: Sequence[str]):
         self.system, self.plan, self._metrics = system, plan, dict(metrics)
         self._simulation = Simulation(system, record=[], metrics=metrics)
         self.changed = self._simulation.changed

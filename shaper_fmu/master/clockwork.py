@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from shaper_fmu.master import layout as of
-from shaper_fmu.master.clocks import PERIODIC, TRIGGERED, Clock, clocks_of, clocks_that_tick
+from shaper_fmu.master.clock_descriptions import PERIODIC, TRIGGERED, Clock
+from shaper_fmu.master.clocks import clocks_of, clocks_that_tick
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.transfer_writer import Operation

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from shaper_fmu.master.system import System
+from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.wiring import Port
 
 _MEAN = "_mean"
@@ -18,7 +18,7 @@ class Treatment(NamedTuple):
     notes: tuple[str, ...]
 
 
-def treat_events(system: System, exact: bool | None) -> Treatment:
+def treat_events(system: SystemStructure, exact: bool | None) -> Treatment:
     """Decide how a run treats events; `exact` is the user's wish, None for none.
 
     Steps end at events unless an FMU takes no steps of other lengths, or a mean over the step is wired, such as

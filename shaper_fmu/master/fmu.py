@@ -20,7 +20,7 @@ from shaper_fmu.archives import archive_findings, extract_archive, read_archive,
 from shaper_fmu.errors import ArchiveError, ModelError, nearest
 from shaper_fmu.master.annotations import declares_readable_after_set
 from shaper_fmu.master.binaries import library_problems
-from shaper_fmu.master.clocks import fmu_clock_problems
+from shaper_fmu.master.clock_descriptions import fmu_clock_problems
 from shaper_fmu.master.description import read_description, without_collector
 from shaper_fmu.master.variables import element_variables, typed_value
 

@@ -11,14 +11,16 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from shaper_fmu.master.signals import Table
-from shaper_fmu.master.system import System
+from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.wiring import Port
 
 TABLES = "tables"
 """The cause that stands for jumps of input tables."""
 
 
-def causes_of_inputs(system: System, connections: Mapping[Port, Port], announcing: Collection[str]) -> dict[str, list[str]]:
+def causes_of_inputs(
+    system: SystemStructure, connections: Mapping[Port, Port], announcing: Collection[str]
+) -> dict[str, list[str]]:
     """For each instance of `announcing` with inputs that are fed: the instances whose events can make them jump, or `TABLES`."""
     found: dict[str, list[str]] = {}
     for name in announcing:
@@ -32,7 +34,7 @@ def causes_of_inputs(system: System, connections: Mapping[Port, Port], announcin
 
 
 def _add_causes(
-    system: System,
+    system: SystemStructure,
     connections: Mapping[Port, Port],
     announcing: Collection[str],
     target: Port,

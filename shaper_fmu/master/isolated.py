@@ -32,7 +32,7 @@ from shaper_fmu.master.process_ends import leave_ends_to_the_caller
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.signals import Signal, typed_signal
 from shaper_fmu.master.simulation import Progress, Simulation
-from shaper_fmu.master.system import System
+from shaper_fmu.master.structure import SystemStructure
 
 
 class _Packed(msgspec.Struct):
@@ -55,7 +55,7 @@ class _Answer(msgspec.Struct):
 
 
 def simulate_isolated(
-    system: System,
+    system: SystemStructure,
     stop_time: float,
     step: float,
     *,
@@ -95,7 +95,7 @@ def simulate_isolated(
     return results
 
 
-def _plan(system: System, stop_time: float, step: float, options: dict[str, Any]) -> bytes:
+def _plan(system: SystemStructure, stop_time: float, step: float, options: dict[str, Any]) -> bytes:
     """What the child needs to know. Raises ModelError for what cannot be sent."""
     signals = []
     for port, signal in system.signals.items():
@@ -191,7 +191,7 @@ class _Watched(Simulation):
         return self._shared
 
 
-class _Nothing(System):
+class _Nothing(SystemStructure):
     """A system without FMUs that may run."""
 
     def check(self) -> list[str]:
@@ -231,10 +231,10 @@ def _end_with_the_caller(orders: int) -> None:
     os._exit(1)
 
 
-def _restored(plan: bytes) -> tuple[System, tuple[float, float, dict[str, Any]]]:
+def _restored(plan: bytes) -> tuple[SystemStructure, tuple[float, float, dict[str, Any]]]:
     """The system and the arguments of the run. Raises ModelError for a function that this process cannot load."""
     state, signals, arguments = pickle.loads(plan)
-    system = System()
+    system = SystemStructure()
     vars(system).update(state)
     for port, data in signals:
         name = ".".join(port)

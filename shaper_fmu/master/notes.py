@@ -10,20 +10,22 @@ from shaper_fmu.master.clocks import is_clocked
 from shaper_fmu.master.events import Treatment
 from shaper_fmu.master.fmu import event_output
 from shaper_fmu.master.loops import loop_text
-from shaper_fmu.master.system import System
+from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.variables import TRANSFERABLE, kind_of
 from shaper_fmu.master.wiring import Loop, Port
 
 _LONGEST = 200
 
 
-def coupling_notes(system: System, treatment: Treatment, algorithm: Algorithm, recorded: Collection[Port] = ()) -> tuple[str, ...]:
+def coupling_notes(
+    system: SystemStructure, treatment: Treatment, algorithm: Algorithm, recorded: Collection[Port] = ()
+) -> tuple[str, ...]:
     """The notes of a run with this treatment of events and algorithm, where these variables are recorded."""
     late = _late_notes(system, treatment, recorded) if algorithm == "jacobi" else []
     return (*treatment.notes, *_loop_notes(system), *late)
 
 
-def _loop_notes(system: System) -> list[str]:
+def _loop_notes(system: SystemStructure) -> list[str]:
     notes = []
     for loop in system.signal_order()[1]:
         late = next((port for port in _sources(system, loop) if not system.readable_after_set(port[0])), None)
@@ -32,11 +34,11 @@ def _loop_notes(system: System) -> list[str]:
     return notes
 
 
-def _sources(system: System, loop: Loop) -> list[Port]:
+def _sources(system: SystemStructure, loop: Loop) -> list[Port]:
     return [system.connections[port] for port in loop[:-1]]
 
 
-def _late_notes(system: System, treatment: Treatment, recorded: Collection[Port]) -> list[str]:
+def _late_notes(system: SystemStructure, treatment: Treatment, recorded: Collection[Port]) -> list[str]:
     """Outputs that follow inputs without delay, but of which a master gets what the last step left.
 
     Clocked ones move in events, which allow reading.
@@ -63,7 +65,7 @@ def _late_notes(system: System, treatment: Treatment, recorded: Collection[Port]
     return notes
 
 
-def _late_note(system: System, treatment: Treatment, name: str, targets: dict[str, list[str]]) -> str:
+def _late_note(system: SystemStructure, treatment: Treatment, name: str, targets: dict[str, list[str]]) -> str:
     fmu = system.fmus[name]
     between = treatment.exact and fmu.has_event_mode and name not in system.without_event_mode
     told = [output for output in targets if fmu.declares_inputs_of(output)]
@@ -80,12 +82,12 @@ def _listed(words: list[str], most: int = 4) -> str:
     return "; ".join(words[:most]) + more
 
 
-def system_notes(system: System) -> tuple[str, ...]:
+def system_notes(system: SystemStructure) -> tuple[str, ...]:
     """Notes on FMUs whose descriptions have findings, and on all open inputs."""
     return (*_description_notes(system), *_open_input_notes(system))
 
 
-def _description_notes(system: System) -> list[str]:
+def _description_notes(system: SystemStructure) -> list[str]:
     fmus = {fmu.digest: fmu for fmu in system.fmus.values() if fmu.findings}
     notes = []
     for fmu in fmus.values():
@@ -96,7 +98,7 @@ def _description_notes(system: System) -> list[str]:
     return notes
 
 
-def _open_input_notes(system: System) -> list[str]:
+def _open_input_notes(system: SystemStructure) -> list[str]:
     fed = {*system.connections, *system.signals}
     names = [
         f"{name}.{variable.name}"

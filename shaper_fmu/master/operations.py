@@ -18,7 +18,7 @@ from shaper_fmu.master.clockwork import Clockwork, last_causes
 from shaper_fmu.master.guards import TABLES
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.signals import Table
-from shaper_fmu.master.system import System
+from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.transfer_writer import Operation, TransferWriter
 from shaper_fmu.master.wiring import Port
 
@@ -35,7 +35,7 @@ class Operations:
 
     def __init__(
         self,
-        system: System,
+        system: SystemStructure,
         instances: Mapping[str, Instance],
         connections: Mapping[Port, Port],
         writer: TransferWriter,

@@ -16,7 +16,7 @@ from shaper_fmu.master.linear_inputs import LinearInputs, lay_out, linear_inputs
 from shaper_fmu.master.metrics import Metric, metric_rows, metric_variables
 from shaper_fmu.master.operations import Operations
 from shaper_fmu.master.signals import Table
-from shaper_fmu.master.system import System
+from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.transfer_writer import Operation, TransferWriter
 from shaper_fmu.master.variables import items_of, kind_of
 from shaper_fmu.master.wiring import Port
@@ -39,7 +39,7 @@ class Program:
 
     def __init__(
         self,
-        system: System,
+        system: SystemStructure,
         instances: Mapping[str, Instance],
         recorded: Sequence[Port],
         algorithm: str,
@@ -191,7 +191,7 @@ class Program:
         )
 
 
-def _items_of_inputs(system: System) -> dict[Port, dict[int, int]]:
+def _items_of_inputs(system: SystemStructure) -> dict[Port, dict[int, int]]:
     """For connected enumerations what each number becomes: an item. An integer may give any number, and so may a faulty FMU."""
     found: dict[Port, dict[int, int]] = {}
     for name, variable in system.connections:
@@ -201,7 +201,7 @@ def _items_of_inputs(system: System) -> dict[Port, dict[int, int]]:
     return found
 
 
-def _event_ports(system: System) -> list[Port]:
+def _event_ports(system: SystemStructure) -> list[Port]:
     """The outputs that announce events: those called next_event_time, and those that the user named."""
     found = [(name, output) for name, fmu in system.fmus.items() if (output := event_output(fmu))]
     return [*found, *[port for port in system.event_outputs if port not in found]]

@@ -33,7 +33,7 @@ from shaper_fmu.master.results import Results
 from shaper_fmu.master.signals import Interpolation
 from shaper_fmu.master.step_control import StepControl
 from shaper_fmu.master.step_notes import step_notes, time_scales
-from shaper_fmu.master.system import System
+from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.wiring import Port
 
 _MOST_STEPS = 1e8
@@ -52,7 +52,7 @@ class Simulation:
     SimulationError if an FMU cannot be instantiated.
     """
 
-    def __init__(self, system: System, record: Sequence[str] | None = None, metrics: Mapping[str, Metric] | None = None):
+    def __init__(self, system: SystemStructure, record: Sequence[str] | None = None, metrics: Mapping[str, Metric] | None = None):
         problems = system.check()
         if problems:
             raise ModelError(problems)
@@ -303,7 +303,7 @@ def set_exact(control: Any, program: Program, exact: bool) -> None:
     control.jump = 0 if exact else len(program.layout.jumps)
 
 
-def number_of_steps(system: System, start_time: float, stop_time: float, step: float) -> int:
+def number_of_steps(system: SystemStructure, start_time: float, stop_time: float, step: float) -> int:
     """How many communication steps a run takes; the last one may be shorter. Raises ModelError for times that make no sense."""
     if not (all(map(math.isfinite, (start_time, stop_time, step))) and step > 0.0 and stop_time >= start_time):
         raise ModelError([f"cannot run from {start_time} s to {stop_time} s in steps of {step} s"])

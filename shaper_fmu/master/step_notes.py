@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 
 from shaper_fmu.master.events import Treatment
 from shaper_fmu.master.fmu import Fmu
-from shaper_fmu.master.system import System
+from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.variables import items_of, kind_of
 from shaper_fmu.master.wiring import Port
 
@@ -27,7 +27,7 @@ _WITHOUT_SLOPE = {"step": ("position", "velocity", "acceleration"), "trapezoid":
 """Outputs of a move that are constant between its events."""
 
 
-def time_scales(system: System) -> list[Port]:
+def time_scales(system: SystemStructure) -> list[Port]:
     """The variables that tell how fast a system is: durations and natural frequencies, by their usual names and units; and what
     is chosen among them."""
     found = []
@@ -43,7 +43,7 @@ def time_scales(system: System) -> list[Port]:
     return found
 
 
-def own_values(system: System, ports: list[Port]) -> dict[Port, float]:
+def own_values(system: SystemStructure, ports: list[Port]) -> dict[Port, float]:
     """The values of those of them that are parameters, as far as they are known without running anything."""
     values = {}
     for name, variable in ports:
@@ -60,7 +60,7 @@ def is_choice(port: Port) -> bool:
     return port[1] in _CHOICES
 
 
-def step_notes(system: System, treatment: Treatment, step: float, runs: Sequence[Mapping[Port, float]]) -> tuple[str, ...]:
+def step_notes(system: SystemStructure, treatment: Treatment, step: float, runs: Sequence[Mapping[Port, float]]) -> tuple[str, ...]:
     """Notes on a communication step [s] that is long for the durations [s] and natural frequencies [rad/s] of one of these runs."""
     shortest: dict[str, tuple[float, str]] = {}
     for values, ((name, variable), value) in [(run, item) for run in runs for item in run.items()]:
@@ -76,7 +76,7 @@ def step_notes(system: System, treatment: Treatment, step: float, runs: Sequence
     return tuple(f"a step of {step:.6g} s is long for {text}" for _, text in shortest.values())
 
 
-def _is_used(system: System, name: str, variable: str, values: Mapping[Port, float]) -> bool:
+def _is_used(system: SystemStructure, name: str, variable: str, values: Mapping[Port, float]) -> bool:
     """Whether a duration or frequency is of this system: not that of a jump; calculated or given, not a default; of an array, of
     one of the `modes` in use."""
     declared = system.fmus[name].variables[variable]
@@ -89,7 +89,7 @@ def _is_used(system: System, name: str, variable: str, values: Mapping[Port, flo
     return "[" not in variable or modes is None or int(variable.split("[")[1].rstrip("]").split(",")[0]) <= modes
 
 
-def _item(system: System, name: str, values: Mapping[Port, float]) -> str | None:
+def _item(system: SystemStructure, name: str, values: Mapping[Port, float]) -> str | None:
     """The name of the kind of profile that is chosen, None if there is no choice."""
     if (name, "profile") not in values:
         return None
@@ -97,7 +97,7 @@ def _item(system: System, name: str, values: Mapping[Port, float]) -> str | None
     return items.get(int(values[name, "profile"]))
 
 
-def _steps_of_a_move(system: System, name: str, treatment: Treatment, values: Mapping[Port, float]) -> int:
+def _steps_of_a_move(system: SystemStructure, name: str, treatment: Treatment, values: Mapping[Port, float]) -> int:
     """How many steps a move of this duration needs: one, for jumps that steps end at; more for what is smooth.
 
     On the grid the edges of jumps are moved, too. A description says that outputs are smooth by the order up to which it gives

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from shaper_fmu.errors import ShaperFmuError, StudyError
+from shaper_fmu.sweep.engines import available_workers
 from shaper_fmu.sweep.job import Job
 from shaper_fmu.sweep.pool import Feed, Pool
 from shaper_fmu.sweep.store import Outcome, Task
@@ -66,8 +67,6 @@ class Dask:
 
     def _local(self) -> Any:
         from distributed import LocalCluster  # pyright: ignore[reportMissingImports]
-
-        from shaper_fmu.sweep.engine import available_workers
 
         return LocalCluster(n_workers=self._workers or available_workers(), threads_per_worker=1, dashboard_address=":0")
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
@@ -20,7 +19,7 @@ from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
 from shaper_fmu.master.variables import own_start
 from shaper_fmu.ssp.archive import SspSystem, load_ssp
-from shaper_fmu.sweep.engines import Engine, Processes, Serial
+from shaper_fmu.sweep.engines import Engine, Processes, Serial, available_workers
 from shaper_fmu.sweep.job import Job
 from shaper_fmu.sweep.plan import Value
 from shaper_fmu.sweep.refine import points_to_add
@@ -109,11 +108,6 @@ def _run_planned(opened: Store, job: Job, engine: Engine, progress: Progress | N
                 progress(done, failed, total)
     finally:
         running.close()  # pyright: ignore[reportAttributeAccessIssue]
-
-
-def available_workers() -> int:
-    """How many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def engine_for(workers: int | None = None, dask: str | None = None) -> Engine:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from typing import Protocol
 
@@ -11,6 +12,11 @@ from shaper_fmu.sweep.store import Outcome
 
 _ENTER_AFTER = 0.2
 """Outcomes of a serial sweep are given when this time has passed [s]."""
+
+
+def available_workers() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class Engine(Protocol):

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from shaper_fmu.analysis.identification import CONTRADICTING, Finding
-from shaper_fmu.tune.choice.choice import Choice
+from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.choice.search import Candidate
 from shaper_fmu.tune.choice.wish import Wish
-from shaper_fmu.tune.experiment.range import PlantModes
-from shaper_fmu.tune.measured.measured import MeasuredIdentification
+from shaper_fmu.tune.identify.measured import MeasuredIdentification
+from shaper_fmu.tune.identify.range import PlantModes
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.responses import Responses
 from shaper_fmu.tune.verification.shaped_plant import ShapedPlant

@@ -20,12 +20,12 @@ from shaper_fmu.archives import write_file
 from shaper_fmu.design.profiles import Profile
 from shaper_fmu.profiles.kinds import NO_LIMIT
 from shaper_fmu.tune.choice.boxes import ModeBox, shares
-from shaper_fmu.tune.choice.choice import Choice
+from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.choice.search import Candidate
 from shaper_fmu.tune.choice.wish import Wish
-from shaper_fmu.tune.experiment.experiment import PlantIdentification
-from shaper_fmu.tune.experiment.range import ModeRange, Range
-from shaper_fmu.tune.measured.measured import MeasuredIdentification
+from shaper_fmu.tune.identify.experiment import PlantIdentification
+from shaper_fmu.tune.identify.measured import MeasuredIdentification
+from shaper_fmu.tune.identify.range import ModeRange, Range
 from shaper_fmu.tune.tuning import Tuning
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.runs import Measured

@@ -12,10 +12,10 @@ from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import choose
 from shaper_fmu.tune.choice.reasons import percent
 from shaper_fmu.tune.choice.wish import Wish
-from shaper_fmu.tune.experiment.range import ModeRange, Range
 from shaper_fmu.tune.hidden import hidden_share
-from shaper_fmu.tune.measured.measured import identify_measured
-from shaper_fmu.tune.measured.table import Table
+from shaper_fmu.tune.identify.measured import identify_measured
+from shaper_fmu.tune.identify.measured_table import Table
+from shaper_fmu.tune.identify.range import ModeRange, Range
 from shaper_fmu.tune.tuning import Tuning, Verdict, wish_for
 from shaper_fmu.tune.verification.command import Command
 

@@ -14,8 +14,8 @@ from shaper_fmu.tune.choice.boxes import mode_boxes
 from shaper_fmu.tune.choice.choice import choose
 from shaper_fmu.tune.choice.reasons import percent
 from shaper_fmu.tune.choice.wish import Wish
-from shaper_fmu.tune.experiment.plant import Plant
-from shaper_fmu.tune.experiment.range import PlantModes, identify_plant
+from shaper_fmu.tune.identify.plant import Plant
+from shaper_fmu.tune.identify.range import PlantModes, identify_plant
 from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, wish_for
 from shaper_fmu.tune.tuning_trial import tightened, tried
 from shaper_fmu.tune.verification.command import Command

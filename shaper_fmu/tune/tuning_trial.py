@@ -9,7 +9,7 @@ from typing import Any
 from shaper_fmu.errors import ComponentError, SimulationError
 from shaper_fmu.tune.choice.reasons import percent
 from shaper_fmu.tune.choice.wish import Wish
-from shaper_fmu.tune.experiment.range import PlantModes
+from shaper_fmu.tune.identify.range import PlantModes
 from shaper_fmu.tune.tuning import Tuning, Verdict
 from shaper_fmu.tune.verification.command import MOST_INTEGRATORS, command_for
 from shaper_fmu.tune.verification.responses import simulated_responses

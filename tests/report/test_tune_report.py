@@ -19,7 +19,7 @@ from shaper_fmu.report.tune.evidence import amplitude_spectrum
 from shaper_fmu.report.tune.modes import percent, with_deviation
 from shaper_fmu.report.tune.report import VERDICTS, tuning_blocks
 from shaper_fmu.tune.choice.wish import Move, Wish
-from shaper_fmu.tune.measured.table import Table as Samples
+from shaper_fmu.tune.identify.measured_table import Table as Samples
 from shaper_fmu.tune.tuning import Tuning
 from shaper_fmu.tune.tuning_json import SCHEMA, profile_start_values, tuning_numbers, write_json
 from shaper_fmu.tune.tuning_measured import tune_measured

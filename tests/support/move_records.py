@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.signal import lfilter
 
-from shaper_fmu.tune.measured.table import Table
+from shaper_fmu.tune.identify.measured_table import Table
 from shaper_fmu.tune.tuning import Tuning
 
 LAWS = ("trapezoid", "cycloid", "s_curve", "fifth_order")

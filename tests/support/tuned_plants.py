@@ -8,7 +8,7 @@ import numpy as np
 
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.wish import NEGATIVE, POSITIVE, Wish
-from shaper_fmu.tune.experiment.range import Range
+from shaper_fmu.tune.identify.range import Range
 
 
 def random_plant(seed: int) -> tuple[list[ModeBox], Wish]:

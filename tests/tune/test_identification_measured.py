@@ -9,8 +9,8 @@ import pytest
 
 from shaper_fmu.analysis.identification import CONTRADICTING, IdentificationError
 from shaper_fmu.master.results import Results
-from shaper_fmu.tune.measured.measured import identify_measured
-from shaper_fmu.tune.measured.table import Table, read_table
+from shaper_fmu.tune.identify.measured import identify_measured
+from shaper_fmu.tune.identify.measured_table import Table, read_table
 
 POLE = complex(-0.3, 8.0)
 

@@ -15,10 +15,11 @@ from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.candidates import Design
-from shaper_fmu.tune.choice.choice import Candidate, Choice, choose
+from shaper_fmu.tune.choice.choice import Candidate, choose
 from shaper_fmu.tune.choice.reasons import narrowed, rounded_up
+from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.choice.wish import NEGATIVE, POSITIVE, Move, Wish
-from shaper_fmu.tune.experiment.range import Range
+from shaper_fmu.tune.identify.range import Range
 
 W = 4.65
 

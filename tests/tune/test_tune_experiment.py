@@ -13,10 +13,10 @@ from three_mass_loop import KD, KP, closed_loop, response
 from shaper_fmu import System
 from shaper_fmu.analysis.identification import IdentificationError, free_response, identify
 from shaper_fmu.errors import ModelError
-from shaper_fmu.tune.experiment.excitation import Excitation
-from shaper_fmu.tune.experiment.experiment import PlantIdentification, experiment
-from shaper_fmu.tune.experiment.plant import Plant
-from shaper_fmu.tune.experiment.range import identify_plant, match_modes, operating_points
+from shaper_fmu.tune.identify.excitation import Excitation
+from shaper_fmu.tune.identify.experiment import PlantIdentification, experiment
+from shaper_fmu.tune.identify.plant import Plant
+from shaper_fmu.tune.identify.range import identify_plant, match_modes, operating_points
 
 DRAWS = 20
 WELL_SEEN = 0.1

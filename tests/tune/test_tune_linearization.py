@@ -13,11 +13,11 @@ from linear_fmus import PARAMETERS, STATES, faulty, linear_fmu, matrices
 from shaper_fmu import System
 from shaper_fmu.design.modal_response import step_response
 from shaper_fmu.errors import ComponentError, ShaperFmuError, SimulationError
-from shaper_fmu.tune.experiment.experiment import experiment
-from shaper_fmu.tune.experiment.range import identify_plant
-from shaper_fmu.tune.linear.comparison import compare
-from shaper_fmu.tune.linear.differences import jacobian
-from shaper_fmu.tune.linear.linearization import LinearizationError, NoLinearizationError, linearize
+from shaper_fmu.tune.identify.experiment import experiment
+from shaper_fmu.tune.identify.linear_comparison import compare
+from shaper_fmu.tune.identify.linear_differences import jacobian
+from shaper_fmu.tune.identify.linearization import LinearizationError, NoLinearizationError, linearize
+from shaper_fmu.tune.identify.range import identify_plant
 
 BOTH = "CoSimulation ModelExchange"
 KINDS = ["", "CoSimulation", "ModelExchange", BOTH]

@@ -11,7 +11,7 @@ from shaper_fmu.design.profiles import profile
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import choose
 from shaper_fmu.tune.choice.wish import Move, Wish
-from shaper_fmu.tune.experiment.range import Range
+from shaper_fmu.tune.identify.range import Range
 
 W = 4.65
 

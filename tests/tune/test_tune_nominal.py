@@ -13,10 +13,11 @@ from tuned_plants import dense_maxima, nominal_levels, random_plant, together
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.candidates import Design
-from shaper_fmu.tune.choice.choice import Candidate, choose, fits, shortest_of
+from shaper_fmu.tune.choice.choice import Candidate, choose
 from shaper_fmu.tune.choice.reasons import narrowed
+from shaper_fmu.tune.choice.result import fits, shortest_of
 from shaper_fmu.tune.choice.wish import Wish
-from shaper_fmu.tune.experiment.range import Range
+from shaper_fmu.tune.identify.range import Range
 
 SEEN_LESS = 1e-5  # than there is between the points of a grid
 UNDAMPED = Range(0.0, 0.0, 0.0)

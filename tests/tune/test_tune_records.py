@@ -7,7 +7,7 @@ import pytest
 from move_records import Record, left, made
 
 from shaper_fmu.analysis.identification import CONTRADICTING, IdentificationError
-from shaper_fmu.tune.measured.table import Table
+from shaper_fmu.tune.identify.measured_table import Table
 from shaper_fmu.tune.tuning import Tuning
 from shaper_fmu.tune.tuning_measured import tune_measured
 

@@ -16,7 +16,7 @@ from shaper_fmu.errors import ComponentError, ModelError
 from shaper_fmu.tune.choice.boxes import ModeBox, mode_boxes
 from shaper_fmu.tune.choice.choice import Candidate, choose
 from shaper_fmu.tune.choice.wish import Move, Wish
-from shaper_fmu.tune.experiment.range import identify_plant
+from shaper_fmu.tune.identify.range import identify_plant
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.verify import Verification, _words, verify
 

@@ -11,7 +11,7 @@ from shaper_fmu.page.blocks import Block, Table, Text
 from shaper_fmu.page.figures import Figure, Line
 from shaper_fmu.report.tune.modes import percent, span
 from shaper_fmu.tune.choice.boxes import UNDAMPED, ModeBox, shares
-from shaper_fmu.tune.choice.choice import Choice, fits
+from shaper_fmu.tune.choice.result import Choice, fits
 from shaper_fmu.tune.choice.search import Candidate
 
 _POINTS = 601

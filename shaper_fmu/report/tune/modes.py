@@ -10,8 +10,8 @@ from shaper_fmu.analysis.identification import Mode
 from shaper_fmu.page.blocks import Block, Table, Text
 from shaper_fmu.report.tune.evidence import POLYNOMIAL, Evidence
 from shaper_fmu.tune.choice.boxes import UNDAMPED, shares
-from shaper_fmu.tune.experiment.experiment import PlantIdentification
-from shaper_fmu.tune.experiment.range import ModeRange
+from shaper_fmu.tune.identify.experiment import PlantIdentification
+from shaper_fmu.tune.identify.range import ModeRange
 from shaper_fmu.tune.tuning import Tuning
 
 _MOST_POINTS = 40

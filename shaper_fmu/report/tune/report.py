@@ -12,7 +12,7 @@ from shaper_fmu.report.tune.choice import alternative_blocks, sensitivity_blocks
 from shaper_fmu.report.tune.evidence import Evidence, evidence, ring_down_blocks, spectrum_blocks
 from shaper_fmu.report.tune.modes import mode_blocks, percent
 from shaper_fmu.report.tune.plant import response_blocks, verification_blocks
-from shaper_fmu.tune.choice.choice import Choice
+from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.tuning import Tuning, Verdict
 from shaper_fmu.tune.tuning_json import profile_start_values
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.tune.experiment.range import ModeRange, PlantModes, Range
+from shaper_fmu.tune.identify.range import ModeRange, PlantModes, Range
 
 _MOST_DAMPED = 0.95
 """Damping ratio above which nothing swings; ranges of uncertain modes end here."""

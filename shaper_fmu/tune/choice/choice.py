@@ -6,56 +6,17 @@ What each candidate leaves is bounded in shaper_fmu/tune/choice/search.py; here 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.tune.choice.bands import shortest
 from shaper_fmu.tune.choice.boxes import ModeBox
-from shaper_fmu.tune.choice.candidates import LeftOut, designs
+from shaper_fmu.tune.choice.candidates import designs
 from shaper_fmu.tune.choice.moves import profiles
-from shaper_fmu.tune.choice.search import SAME, Candidate, Dominated, Search, front, order
+from shaper_fmu.tune.choice.reasons import recommendation
+from shaper_fmu.tune.choice.result import Choice, fits, quick, shortest_of
+from shaper_fmu.tune.choice.search import Candidate, Search, front, order
 from shaper_fmu.tune.choice.wish import Wish
-
-
-@dataclass(frozen=True)
-class Choice:
-    """What `choose` has found.
-
-    Attributes:
-        boxes: the modes with the wished margins.
-        wish: what was asked for.
-        candidates: all that was bounded, by rising delay.
-        dominated: combinations of shapers that were not bounded, since others are no worse.
-        front: candidates than which none is both as short and leaves less (in the worst case, and nominally as far as it is above
-            the wish's nominal tolerance), and the one recommended, by rising delay.
-        recommended: the shortest candidate that fits; None if none fits.
-        nearest: the one recommended, or else the candidate within the delay that leaves least, in terms of the tolerances.
-        floor: no shaper of positive impulses that fits is shorter [s]; None if unknown, and for a move.
-        reason: the recommendation in words, or what would make one possible.
-        left_out: what could not be designed, and why.
-    """
-
-    boxes: tuple[ModeBox, ...]
-    wish: Wish
-    candidates: tuple[Candidate, ...]
-    dominated: tuple[Dominated, ...]
-    front: tuple[Candidate, ...]
-    recommended: Candidate | None
-    nearest: Candidate
-    floor: float | None
-    reason: str
-    left_out: tuple[LeftOut, ...]
-
-    def to_floor(self, candidate: Candidate) -> float | None:
-        """How much longer a candidate is than the shortest positive shaper that leaves no more than it, as a share.
-
-        None where no floor is known: negative impulses, a profile, no impulse after the first, or a box that is too wide.
-        """
-        if self.wish.move is not None or min(candidate.sequence.amplitudes) < 0.0 or not 0.0 < candidate.worst_case < 1.0:
-            return None
-        nominal = max(candidate.nominal, self.wish.nominal_tolerance)
-        floor = shortest(self.boxes, candidate.worst_case, nominal)
-        return candidate.delay / floor - 1.0 if floor else None
 
 
 def choose(modes: Sequence[ModeBox], wish: Wish | None = None, *, floor: bool = True) -> Choice:
@@ -65,8 +26,6 @@ def choose(modes: Sequence[ModeBox], wish: Wish | None = None, *, floor: bool = 
 
     Raises ComponentError for no modes, and for modes of which none swings.
     """
-    from shaper_fmu.tune.choice.reasons import recommendation  # it asks for what nearby wishes would give
-
     wish = wish or Wish()
     if not modes:
         raise ComponentError("there is no mode: nothing vibrates, so that no shaper is needed")
@@ -87,26 +46,6 @@ def choose(modes: Sequence[ModeBox], wish: Wish | None = None, *, floor: bool = 
         recommended or nearest_of([one for one in candidates if quick(one, wish)], wish), least, "", tuple(found.left_out),
     )  # fmt: skip
     return replace(choice, reason=recommendation(choice))
-
-
-def quick(candidate: Candidate, wish: Wish) -> bool:
-    """Whether a candidate is within the longest delay."""
-    return candidate.delay <= wish.longest_delay * (1.0 + SAME)
-
-
-def fits(candidate: Candidate, wish: Wish) -> bool:
-    """Whether a candidate is within both tolerances and the longest delay."""
-    return candidate.worst_case <= wish.tolerance and candidate.nominal <= wish.nominal_tolerance and quick(candidate, wish)
-
-
-def shortest_of(candidates: Sequence[Candidate]) -> Candidate:
-    """The shortest candidate; of equally short ones one that an InputShaper designs by its kind, and then that which leaves least.
-
-    Such a shaper follows the mode while it runs; a custom sequence does not.
-    """
-    least = min(one.delay for one in candidates)
-    same = [one for one in candidates if one.delay <= least * (1.0 + SAME)]
-    return min(same, key=lambda one: (not one.design.by_kind, one.worst_case, one.delay, len(one.sequence.delays)))
 
 
 def nearest_of(candidates: Sequence[Candidate], wish: Wish) -> Candidate:

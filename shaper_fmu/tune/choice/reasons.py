@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from shaper_fmu.tune.choice.bounds import remaining
 from shaper_fmu.tune.choice.boxes import UNDAMPED, ModeBox
-from shaper_fmu.tune.choice.choice import Choice, fits, quick, shortest_of
+from shaper_fmu.tune.choice.result import Choice, fits, quick, shortest_of
 from shaper_fmu.tune.choice.search import SAME, Candidate, Search
 
 _BISECTIONS = 12

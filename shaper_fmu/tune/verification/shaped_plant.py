@@ -11,7 +11,7 @@ from shaper_fmu.errors import ModelError
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
-from shaper_fmu.tune.experiment.plant import ALONE, alone_system, copied, stepping
+from shaper_fmu.tune.identify.plant import ALONE, alone_system, copied, stepping
 from shaper_fmu.tune.verification.command import Command
 
 SHAPER = "input_shaper"

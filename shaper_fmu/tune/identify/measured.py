@@ -20,7 +20,7 @@ from shaper_fmu.analysis.identification import (
 )
 from shaper_fmu.analysis.identification.beginning import Beginnings, cut, first_free
 from shaper_fmu.errors import nearest
-from shaper_fmu.tune.measured.table import Table, read_table
+from shaper_fmu.tune.identify.measured_table import Table, read_table
 
 _SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0}
 _UNIFORM = 1e-3

@@ -16,8 +16,8 @@ from shaper_fmu.analysis.identification import Finding, IdentificationError, Mod
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
-from shaper_fmu.tune.experiment.experiment import PlantIdentification, experiment
-from shaper_fmu.tune.experiment.plant import Plant
+from shaper_fmu.tune.identify.experiment import PlantIdentification, experiment
+from shaper_fmu.tune.identify.plant import Plant
 
 _FARTHEST = math.log(2.0)
 """Modes whose frequencies differ by more than a factor of 2 are not taken for the same one."""

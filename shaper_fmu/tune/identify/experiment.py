@@ -23,13 +23,13 @@ from shaper_fmu.design.modal_response import ModalResponse, modal_response
 from shaper_fmu.errors import ShaperFmuError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
-from shaper_fmu.tune.experiment.excitation import Excitation, ExcitationKind
-from shaper_fmu.tune.experiment.look import look
-from shaper_fmu.tune.experiment.plant import Plant
-from shaper_fmu.tune.experiment.response import TOLERATED, Experiment, Response
-from shaper_fmu.tune.linear.comparison import LinearComparison, compare
-from shaper_fmu.tune.linear.linearization import NoLinearizationError, linearize
-from shaper_fmu.tune.linear.modes import AT_REST
+from shaper_fmu.tune.identify.excitation import Excitation, ExcitationKind
+from shaper_fmu.tune.identify.linear_comparison import LinearComparison, compare
+from shaper_fmu.tune.identify.linear_modes import AT_REST
+from shaper_fmu.tune.identify.linearization import NoLinearizationError, linearize
+from shaper_fmu.tune.identify.look import look
+from shaper_fmu.tune.identify.plant import Plant
+from shaper_fmu.tune.identify.response import TOLERATED, Experiment, Response
 
 _SAMPLES_PER_PERIOD = 30
 _FEWEST_PER_PERIOD = 12

@@ -12,7 +12,7 @@ from scipy.linalg import eig, matrix_balance
 
 from shaper_fmu.analysis.decaying_sum import SHAPEABLE
 from shaper_fmu.design.modal_response import ModalResponse, step_response
-from shaper_fmu.tune.linear.interface import LinearizationError
+from shaper_fmu.tune.identify.linear_interface import LinearizationError
 
 Origin = Literal["directional derivatives", "differences"]
 """Where the matrices come from: the FMU's directional derivatives, or central differences of its state derivatives."""

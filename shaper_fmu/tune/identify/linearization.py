@@ -17,10 +17,8 @@ from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
-from shaper_fmu.tune.experiment.plant import Plant
-from shaper_fmu.tune.experiment.response import Experiment
-from shaper_fmu.tune.linear.differences import jacobian
-from shaper_fmu.tune.linear.interface import (
+from shaper_fmu.tune.identify.linear_differences import jacobian
+from shaper_fmu.tune.identify.linear_interface import (
     Exchange,
     Interface,
     LinearizationError,
@@ -30,7 +28,9 @@ from shaper_fmu.tune.linear.interface import (
     magnitude,
     values,
 )
-from shaper_fmu.tune.linear.modes import Linearization, LinearMode, unrest
+from shaper_fmu.tune.identify.linear_modes import Linearization, LinearMode, unrest
+from shaper_fmu.tune.identify.plant import Plant
+from shaper_fmu.tune.identify.response import Experiment
 
 __all__ = ["LinearMode", "Linearization", "LinearizationError", "NoLinearizationError", "linearize"]
 

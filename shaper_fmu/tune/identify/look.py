@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from shaper_fmu.analysis.identification import Identification, IdentificationError, free_response, identify, unexplained
-from shaper_fmu.tune.experiment.excitation import ExcitationKind
-from shaper_fmu.tune.experiment.response import Experiment, Response
+from shaper_fmu.tune.identify.excitation import ExcitationKind
+from shaper_fmu.tune.identify.response import Experiment, Response
 
 SAMPLES = 8192
 _PULSE = 4

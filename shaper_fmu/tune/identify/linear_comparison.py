@@ -11,8 +11,8 @@ from scipy.optimize import linear_sum_assignment
 
 from shaper_fmu.analysis.identification import Identification, Mode, OtherPole
 from shaper_fmu.analysis.identification.classify import FEWEST_PERIODS, FEWEST_SAMPLES_PER_PERIOD
-from shaper_fmu.tune.experiment.excitation import Excitation
-from shaper_fmu.tune.linear.modes import Linearization, LinearMode
+from shaper_fmu.tune.identify.excitation import Excitation
+from shaper_fmu.tune.identify.linear_modes import Linearization, LinearMode
 
 _AGREES = 1e-3
 """Relative difference of poles that is small: an amplitude of some degrees shifts a pendulum's frequency by that."""

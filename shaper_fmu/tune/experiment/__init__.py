@@ -1,1 +1,0 @@
-"""Modes of a plant from experiments with its FMU."""

@@ -1,1 +1,0 @@
-"""Modes of a plant from its directional derivatives or differences."""

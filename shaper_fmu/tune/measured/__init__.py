@@ -1,1 +1,0 @@
-"""Modes from a measured response."""
