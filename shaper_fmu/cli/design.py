@@ -14,9 +14,10 @@ from shaper_fmu.console import out, show
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.shapers import OPTIONS, shaper
 from shaper_fmu.errors import ComponentError, nearest
+from shaper_fmu.kinds.profiles import PROFILES
 from shaper_fmu.kinds.shapers import Shaper
 from shaper_fmu.page.blocks import Table
-from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind
+from shaper_fmu.profiles.limits import NO_LIMIT
 
 if TYPE_CHECKING:
     from shaper_fmu.design.pulse_sequence import PulseSequence
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 
 SHAPERS = [item.name for item in Shaper if item != Shaper.custom]
 OFFLINE = ["si", "direct_zv", "direct_zvd"]
-PROFILES = [item.name for item in ProfileKind]
 PULSES = ["carrier", "carrier_polished", "minimax", "zv_carrier"]
 
 
@@ -155,7 +155,7 @@ check.add_options(design, {name: variable for name, variable in OPTIONS.items() 
 def _blocks(wanted: _Wanted) -> list[Block]:
     from shaper_fmu.report.design import Mode, profile_blocks, pulse_blocks, shaper_blocks
 
-    known = SHAPERS + OFFLINE + PROFILES + PULSES
+    known = [*SHAPERS, *OFFLINE, *PROFILES, *PULSES]
     if wanted.kind not in known:
         raise ComponentError(f"there is no shaper, profile or pulse train {wanted.kind!r}.{nearest(wanted.kind, known)}")
     if wanted.kind == "si":

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from shaper_fmu.component import NO_EVENT, Calculated, Component, Output, Parameter, State, time_tolerance
-from shaper_fmu.profiles.kinds import (
-    NO_LIMIT,
+from shaper_fmu.kinds.profiles import (
+    JUMPING,
+    LIST,
     ProfileKind,
     inner_event,
     inner_kink,
     ramp_time,
-    shortest_duration,
-    unit_limit,
+    shortest_within,
+    span_of,
     unit_move,
 )
+from shaper_fmu.profiles.limits import NO_LIMIT, unit_limit
 
 TOO_SHORT = 1
 NEVER = 2
@@ -23,17 +25,9 @@ BEFORE = 1.0 - 2.0**-53
 
 
 class MotionProfile(Component):
-    """A rest-to-rest reference: from 0 to `distance` in exactly `duration`, beginning at `start_time`.
+    __doc__ = f"""A rest-to-rest reference: from 0 to `distance` in exactly `duration`, beginning at `start_time`.
 
-    - step: at once, at start_time;
-    - trapezoid: trapezoidal velocity, ramps of a third of the duration; shorter ones where max_velocity asks for it,
-      longer ones, up to bang-bang, where max_acceleration does;
-    - cycloid: y = L (s/T - sin(2 pi s/T)/(2 pi));
-    - polynomial_345: y = L (10 u^3 - 15 u^4 + 6 u^5), u = s/T;
-    - cycloid_versine_ramp and two_part: no residual vibration of a mode with `natural_frequency` and `damping_ratio`
-      (Taskin, Kilic and Kapucu 2019; Kilic and Kapucu 2011); their velocity jumps at the ends;
-    - s_curve: five smooth acceleration segments, no residual vibration of that mode either (Ozokutan, Karadag, Kapucu and
-      Kutuk 2025, here with damping too); it cruises at max_velocity, or has no cruise where it would not reach it.
+    {LIST}.
 
     No profile exceeds max_velocity and max_acceleration: a duration that is too short for them is an error, which names
     the shortest possible one. Where a velocity jumps, no acceleration limit can be kept, nor any limit by a step. Where a
@@ -44,7 +38,7 @@ class MotionProfile(Component):
         TOO_SHORT: "duration = {duration} s is too short to move {distance} m within max_velocity = {max_velocity} m/s and "
         "max_acceleration = {max_acceleration} m/s2; the shortest possible duration is {possible_duration} s",
         NEVER: "no duration is long enough for max_velocity = {max_velocity} m/s and max_acceleration = {max_acceleration} m/s2: "
-        "a step keeps to no limit, and where the velocity jumps (cycloid_versine_ramp, two_part) no acceleration limit is kept",
+        f"a step keeps to no limit, and where the velocity jumps ({JUMPING}) no acceleration limit is kept",
         IN_GAP: "with duration = {duration} s the profile exceeds max_velocity = {max_velocity} m/s; the shortest possible "
         "duration is {shortest_duration} s, but its speed rises again, and longer ones are possible from {possible_duration} s on",
     }
@@ -86,7 +80,7 @@ class MotionProfile(Component):
         if shortest >= NO_LIMIT:
             return NEVER
         self.possible_duration = rounded_up(shortest)
-        if self.profile != ProfileKind.step and self.duration < shortest:
+        if self.duration < shortest:
             return TOO_SHORT
         if gap_start < self.duration < gap_end:
             self.possible_duration = rounded_up(gap_end)
@@ -97,7 +91,7 @@ class MotionProfile(Component):
     def step(self, t, h):
         now = t + h
         tolerance = time_tolerance(self, t, h)
-        span = 0.0 if self.profile == ProfileKind.step else self.duration
+        span = span_of(self.profile, self.duration)
         self.position = 0.0
         self.velocity = 0.0
         self.acceleration = 0.0
@@ -130,6 +124,18 @@ class MotionProfile(Component):
             self.position = self.distance * position
             self.velocity = self.distance * velocity
             self.acceleration = self.distance * acceleration
+
+
+def shortest_duration(
+    kind: int, max_velocity: float, max_acceleration: float, natural_frequency: float, damping_ratio: float
+) -> tuple[float, float, float]:
+    """Shortest duration [s] for limits of the unit move [1/s, 1/s2], and the ends of a gap of forbidden longer ones [s].
+
+    0 without limits; NO_LIMIT if no duration will do: a step breaks any limit, a jump of the velocity any of the acceleration.
+    """
+    if max_velocity >= NO_LIMIT and max_acceleration >= NO_LIMIT:
+        return 0.0, 0.0, 0.0
+    return shortest_within(kind, max_velocity, max_acceleration, natural_frequency, damping_ratio)
 
 
 def rounded_up(duration: float) -> float:

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from shaper_fmu.analysis.vibration import relative_residual
 from shaper_fmu.commands.motion_profile import MotionProfile
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind, inner_event, peaks, unit_move
+from shaper_fmu.kinds.profiles import PROFILES, ProfileKind, cruise_time, inner_event, inner_kink, span_of, unit_move, unit_peaks
+from shaper_fmu.profiles.limits import NO_LIMIT
 
 _NODES, _WEIGHTS = (values.tolist() for values in np.polynomial.legendre.leggauss(24))
 _PANEL = 2.0  # radians of the fastest oscillation, and nepers of the decay, per panel of the quadrature
@@ -69,22 +70,15 @@ class Profile:
     @property
     def jumps(self) -> tuple[float, ...]:
         """Times at which position, velocity or acceleration jumps [s], rising."""
-        if self.kind == ProfileKind.step:
-            return (0.0,)
-        if self.kind == ProfileKind.trapezoid:
-            inner = (inner_event(self.kind, i, self.duration, self.ramp) for i in range(2))
-            return tuple(sorted({0.0, *inner, self.duration}))
-        if self.kind in (ProfileKind.cycloid_versine_ramp, ProfileKind.two_part):
-            return (0.0, self.duration)
-        return ()
+        ends = {0.0, self.duration} if PROFILES[self.kind.name].jumps_at_ends else set()
+        inner = {inner_event(self.kind, i, self.duration, self.ramp) for i in range(2)} - {self.duration}
+        return tuple(sorted(ends | inner))
 
     @property
     def pieces(self) -> tuple[float, ...]:
         """Ends of the pieces on which the motion is smooth [s], rising."""
-        if self.kind == ProfileKind.s_curve:
-            tau, end = self.ramp, self.duration
-            return tuple(sorted({0.0, tau, 2 * tau, end - 2 * tau, end - tau, end}))
-        return tuple(sorted({0.0, *self.jumps, self.duration}))
+        kinks = {inner_kink(self.kind, i, self.duration, self.ramp) for i in range(4)}
+        return tuple(sorted({0.0, *self.jumps, *kinks, self.duration}))
 
     @property
     def peak_velocity(self) -> float:
@@ -99,7 +93,7 @@ class Profile:
     def _peak(self, which: int) -> float:
         if self.distance == 0.0:
             return 0.0
-        found = peaks(self.kind, self.duration, self.ramp, self.natural_frequency, self.damping_ratio)
+        found = unit_peaks(self.kind, self.duration, self.ramp, self.natural_frequency, self.damping_ratio)
         return abs(self.distance) * found[which]
 
     def residual_vibration(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
@@ -110,7 +104,7 @@ class Profile:
         """
         if not natural_frequency > 0.0 or not 0.0 <= damping_ratio < 1.0:
             raise ComponentError(f"a mode needs w > 0 and 0 <= zeta < 1, not w = {natural_frequency}, zeta = {damping_ratio}")
-        if self.kind == ProfileKind.step:
+        if self.duration == 0.0:
             return 1.0
         pole = natural_frequency * complex(-damping_ratio, math.sqrt(1.0 - damping_ratio * damping_ratio))
         times, moves = self._quadrature(natural_frequency)
@@ -132,9 +126,8 @@ class Profile:
 
         An S-curve with segments shorter than about 0.24 Tn gets faster than this within them.
         """
-        if self.kind == ProfileKind.trapezoid:
-            return abs(self.distance) / (self.duration - self.ramp)
-        return abs(self.distance) / (self.duration - 2.0 * self.ramp) if self.kind == ProfileKind.s_curve else 0.0
+        time = cruise_time(self.kind, self.duration, self.ramp)
+        return abs(self.distance) / time if time > 0.0 else 0.0
 
 
 @lru_cache(maxsize=64)
@@ -177,7 +170,7 @@ def profile(
         component.duration = _shortest(component)
     component.initialize()
     given = {name: getattr(component, name) for name in Profile.__dataclass_fields__ if name not in ("kind", "duration")}
-    span = 0.0 if component.profile == ProfileKind.step else component.duration
+    span = span_of(component.profile, component.duration)
     return Profile(kind=ProfileKind(component.profile), duration=span, **given)
 
 
@@ -185,7 +178,7 @@ def _shortest(component: MotionProfile) -> float:
     """The shortest duration [s] that the component's limits permit; any positive number for a step."""
     component.duration = NO_LIMIT
     component.initialize()
-    if component.profile != ProfileKind.step and component.shortest_duration == 0.0:
+    if component.shortest_duration == 0.0 and span_of(component.profile, 1.0) > 0.0:
         reason = "a move over no distance" if component.distance == 0.0 else "without max_velocity and max_acceleration"
         raise ComponentError(f"MotionProfile: {reason} there is no shortest duration; give one")
     return component.shortest_duration or 1.0

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from shaper_fmu.profiles.method import ProfileMethod
+
 
 def cycloid(s: float, duration: float) -> tuple[float, float, float]:
     """Position [-], velocity [1/s] and acceleration [1/s2] at s in [0, duration] of a move over the unit distance."""
@@ -22,6 +24,16 @@ def cycloid_peaks(duration: float) -> tuple[float, float]:
     return 2.0 / duration, 2.0 * math.pi / (duration * duration)
 
 
-def cycloid_shortest(max_velocity: float, max_acceleration: float) -> float:
+def cycloid_shortest(max_velocity: float, max_acceleration: float) -> tuple[float, float, float]:
     """Shortest duration [s] for limits of the unit move in 1/s and 1/s2."""
-    return max(2.0 / max_velocity, math.sqrt(2.0 * math.pi / max_acceleration))
+    return max(2.0 / max_velocity, math.sqrt(2.0 * math.pi / max_acceleration)), 0.0, 0.0
+
+
+CYCLOID = ProfileMethod(
+    name="cycloid",
+    number=3,
+    move=cycloid,
+    peaks=cycloid_peaks,
+    shortest=cycloid_shortest,
+    summary="y = L (s/T - sin(2 pi s/T)/(2 pi))",
+)

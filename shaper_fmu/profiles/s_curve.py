@@ -17,14 +17,12 @@ from __future__ import annotations
 import math
 
 
-def s_curve(
-    s: float, duration: float, segment_time: float, natural_frequency: float, damping_ratio: float
-) -> tuple[float, float, float]:
+def s_curve(s: float, duration: float, ramp: float, natural_frequency: float, damping_ratio: float) -> tuple[float, float, float]:
     """Position [-], velocity [1/s] and acceleration [1/s2] at s in [0, duration] of a move over the unit distance.
 
-    segment_time: duration of a segment [s], at most a quarter of the whole; natural_frequency in rad/s.
+    ramp: duration of a segment [s], at most a quarter of the whole; natural_frequency in rad/s.
     """
-    tau = segment_time
+    tau = ramp
     ratio = 2.0 * math.pi / (natural_frequency * tau)
     lead = damping_ratio * ratio / math.pi  # by how much the acceleration's first half does more than the second
     end = 1.0 / 6.0 - (1.0 - ratio * ratio) / (4.0 * math.pi * math.pi) + 0.5 * lead  # path of the first segment
@@ -58,9 +56,9 @@ def s_curve(
     return position * (speed * tau), velocity * speed, acceleration * (speed / tau)
 
 
-def s_curve_boundary(i: int, duration: float, segment_time: float) -> float:
+def s_curve_boundary(i: int, duration: float, ramp: float) -> float:
     """Time [s] of the i-th (0 .. 3) boundary between two parts, where the acceleration has a kink."""
-    return (i + 1.0) * segment_time if i < 2 else duration - (4.0 - i) * segment_time
+    return (i + 1.0) * ramp if i < 2 else duration - (4.0 - i) * ramp
 
 
 def segment(x: float, ratio: float, damping_ratio: float) -> tuple[float, float, float]:

@@ -1,21 +1,22 @@
-"""How fast the S-curve gets within its segments, and the shortest duration that limits permit."""
+"""How fast the S-curve gets within its segments, the shortest duration that limits permit, and the profile's record."""
 
 from __future__ import annotations
 
 import math
 
-from shaper_fmu.profiles.s_curve import s_curve_segment_time, segment
+from shaper_fmu.profiles.method import ProfileMethod
+from shaper_fmu.profiles.s_curve import s_curve, s_curve_boundary, s_curve_segment_time, segment
 
 _ROUNDING = 1e-14
 
 
-def s_curve_peaks(duration: float, segment_time: float, natural_frequency: float, damping_ratio: float) -> tuple[float, float]:
-    """Peak speed [1/s] and peak acceleration [1/s2] of the unit move; times in s, natural_frequency in rad/s."""
-    if segment_time <= 0.0:
+def s_curve_peaks(duration: float, ramp: float, natural_frequency: float, damping_ratio: float) -> tuple[float, float]:
+    """Peak speed [1/s] and peak acceleration [1/s2] of the unit move; `ramp`: a segment's duration; s and rad/s."""
+    if ramp <= 0.0:
         return math.inf, math.inf
-    speed = 1.0 / (duration - 2.0 * segment_time)
-    velocity, acceleration = segment_peaks(2.0 * math.pi / (natural_frequency * segment_time), damping_ratio)
-    return velocity * speed, acceleration * (speed / segment_time)
+    speed = 1.0 / (duration - 2.0 * ramp)
+    velocity, acceleration = segment_peaks(2.0 * math.pi / (natural_frequency * ramp), damping_ratio)
+    return velocity * speed, acceleration * (speed / ramp)
 
 
 def segment_peaks(ratio: float, damping_ratio: float) -> tuple[float, float]:
@@ -82,7 +83,9 @@ def _speed_at_one(high: float, low: float, ratio: float, damping_ratio: float) -
     return max(abs(0.5 + gained), abs(0.5 - gained))
 
 
-def s_curve_shortest(max_velocity: float, max_acceleration: float, natural_frequency: float, damping_ratio: float) -> float:
+def s_curve_shortest(
+    max_velocity: float, max_acceleration: float, natural_frequency: float, damping_ratio: float
+) -> tuple[float, float, float]:
     """Shortest duration [s] for limits of the unit move in 1/s and 1/s2, with the paper's choice of the segment time.
 
     For strongly damped modes (seen at a damping ratio of 0.5) another segment time can permit a shorter move.
@@ -93,13 +96,13 @@ def s_curve_shortest(max_velocity: float, max_acceleration: float, natural_frequ
     if duration * max_velocity > 2.0:
         duration = max(2.0 / max_velocity, math.sqrt(8.0 / max_acceleration))
     if _permitted(duration, max_velocity, max_acceleration, natural_frequency, damping_ratio):
-        return duration
+        return duration, 0.0, 0.0
     forbidden = duration
     while not _permitted(duration, max_velocity, max_acceleration, natural_frequency, damping_ratio):
         forbidden = duration
         duration *= 2.0
         if duration >= 1e300:
-            return 1e300
+            return 1e300, 0.0, 0.0
     for _ in range(1100):
         middle = 0.5 * (forbidden + duration)
         if middle in (forbidden, duration):
@@ -108,7 +111,7 @@ def s_curve_shortest(max_velocity: float, max_acceleration: float, natural_frequ
             duration = middle
         else:
             forbidden = middle
-    return duration
+    return duration, 0.0, 0.0
 
 
 def _permitted(
@@ -117,3 +120,23 @@ def _permitted(
     tau = s_curve_segment_time(duration, max_velocity)
     velocity, acceleration = s_curve_peaks(duration, tau, natural_frequency, damping_ratio)
     return velocity <= max_velocity * (1.0 + _ROUNDING) and acceleration <= max_acceleration * (1.0 + _ROUNDING)
+
+
+def s_curve_cruise_time(duration: float, ramp: float) -> float:
+    """The distance over the cruise speed [s]."""
+    return duration - 2.0 * ramp
+
+
+S_CURVE = ProfileMethod(
+    name="s_curve",
+    number=7,
+    move=s_curve,
+    peaks=s_curve_peaks,
+    shortest=s_curve_shortest,
+    ramp=s_curve_segment_time,
+    kink=s_curve_boundary,
+    cruise_time=s_curve_cruise_time,
+    summary="five smooth acceleration segments, no residual vibration of that mode either, damped or not; it cruises at "
+    "max_velocity, or has no cruise where it would not reach it",
+    paper="Ozokutan, Karadag, Kapucu and Kutuk 2025",
+)

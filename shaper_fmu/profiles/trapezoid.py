@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 
+from shaper_fmu.profiles.method import ProfileMethod
+
 
 def trapezoid(s: float, duration: float, ramp: float) -> tuple[float, float, float]:
     """Position [-], velocity [1/s] and acceleration [1/s2] at s in [0, duration] of a move over the unit distance.
@@ -46,8 +48,33 @@ def trapezoid_peaks(duration: float, ramp: float) -> tuple[float, float]:
     return speed, (speed / ramp if ramp > 0.0 else math.inf)
 
 
-def trapezoid_shortest(max_velocity: float, max_acceleration: float) -> float:
+def trapezoid_shortest(max_velocity: float, max_acceleration: float) -> tuple[float, float, float]:
     """Shortest duration [s] for limits of the unit move in 1/s and 1/s2: 1/v + v/a with cruise, 2/sqrt(a) without."""
     if max_velocity * max_velocity < max_acceleration:
-        return 1.0 / max_velocity + max_velocity / max_acceleration
-    return 2.0 / math.sqrt(max_acceleration)
+        return 1.0 / max_velocity + max_velocity / max_acceleration, 0.0, 0.0
+    return 2.0 / math.sqrt(max_acceleration), 0.0, 0.0
+
+
+def ramp_end(i: int, duration: float, ramp: float) -> float:
+    """When the acceleration jumps within the move [s]: at the end of the first ramp, and at the start of the last."""
+    return ramp if i == 0 else duration - ramp
+
+
+def trapezoid_cruise_time(duration: float, ramp: float) -> float:
+    """The distance over the speed between the ramps [s]."""
+    return duration - ramp
+
+
+TRAPEZOID = ProfileMethod(
+    name="trapezoid",
+    number=2,
+    move=trapezoid,
+    peaks=trapezoid_peaks,
+    shortest=trapezoid_shortest,
+    ramp=trapezoid_ramp,
+    event=ramp_end,
+    cruise_time=trapezoid_cruise_time,
+    jumps_at_ends=True,
+    summary="trapezoidal velocity, ramps of a third of the duration; shorter ones where max_velocity asks for it, longer ones, "
+    "up to bang-bang, where max_acceleration does",
+)

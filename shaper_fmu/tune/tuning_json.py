@@ -18,7 +18,7 @@ import numpy as np
 from shaper_fmu.analysis.identification import Finding, Identification, Mode, OtherPole
 from shaper_fmu.archives import write_file
 from shaper_fmu.design.profiles import Profile
-from shaper_fmu.profiles.kinds import NO_LIMIT
+from shaper_fmu.profiles.limits import NO_LIMIT
 from shaper_fmu.tune.choice.boxes import ModeBox, shares
 from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.choice.search import Candidate

@@ -20,7 +20,7 @@ from test_fmu_identity import PARAMETERS, stimulus
 
 from shaper_fmu.commands.pulse_train import Design
 from shaper_fmu.component import NO_EVENT, Component
-from shaper_fmu.profiles.kinds import ProfileKind
+from shaper_fmu.kinds.profiles import ProfileKind
 from shaper_fmu.registry import components
 
 END = 1.5

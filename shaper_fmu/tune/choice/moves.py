@@ -12,7 +12,7 @@ import numpy as np
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.profiles import Profile, profile
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.profiles.kinds import NO_LIMIT
+from shaper_fmu.profiles.limits import NO_LIMIT
 from shaper_fmu.tune.choice.bounds import remaining
 from shaper_fmu.tune.choice.boxes import ModeBox, shares
 from shaper_fmu.tune.choice.candidates import LeftOut

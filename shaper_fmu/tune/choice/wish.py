@@ -6,14 +6,15 @@ import math
 from dataclasses import dataclass
 
 from shaper_fmu.errors import ComponentError, nearest
+from shaper_fmu.kinds.profiles import PROFILES as METHODS
 from shaper_fmu.kinds.shapers import SHAPERS
-from shaper_fmu.profiles.kinds import NO_LIMIT, ProfileKind
+from shaper_fmu.profiles.limits import NO_LIMIT
 
 NEGATIVE = tuple(name for name, method in SHAPERS.items() if method.negative)
 """Shapers with negative impulses: the actuator must follow jumps that are larger than the command's."""
 POSITIVE = tuple(name for name, method in SHAPERS.items() if not method.negative)
 OFFLINE = ("si", "direct_zv", "direct_zvd")
-PROFILES = tuple(item.name for item in ProfileKind if item is not ProfileKind.step)
+PROFILES = tuple(name for name, method in METHODS.items() if method.span is None)
 KNOWN = (*POSITIVE, *NEGATIVE, *OFFLINE, *PROFILES)
 
 

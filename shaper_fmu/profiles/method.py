@@ -1,0 +1,44 @@
+"""What a profile tells about itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import FunctionType
+
+from shaper_fmu.errors import ComponentError
+from shaper_fmu.methods.record import Method
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProfileMethod(Method):
+    """A profile: kernel functions of the move over the unit distance, each with those of these arguments that it names.
+
+    s and duration in s; natural_frequency in rad/s and damping_ratio of the mode to leave at rest; max_velocity in 1/s and
+    max_acceleration in 1/s2, 1e300 for none; ramp is what `ramp` gives; i numbers events from 0.
+
+    Attributes:
+        move: position [-], velocity [1/s] and acceleration [1/s2] at s in [0, duration]; where one jumps, that on the right.
+        peaks: peak speed [1/s] and acceleration [1/s2], infinite where their integral jumps.
+        shortest: the shortest duration [s] within the limits, of which one at least is given, and the ends of a gap of
+            forbidden longer ones, (0, 0) without; 1e300 where no duration will do.
+        ramp: a time [s] that the limits decide, such as that of a trapezoid's ramp; without it 0.
+        event: time [s] of the i-th (0, 1) jump of the acceleration within the move; without it there is none.
+        kink: time [s] of the i-th (0 .. 3) kink of the acceleration within the move; without it there is none.
+        span: what the move takes of `duration` [s]; without it all. A step takes 0.
+        cruise_time: distance over cruise speed [s]; without it, or where it is 0, there is no cruise.
+        jumps_at_ends: whether position, velocity or acceleration jumps at the start and at the end.
+    """
+
+    move: FunctionType
+    peaks: FunctionType
+    shortest: FunctionType
+    ramp: FunctionType | None = None
+    event: FunctionType | None = None
+    kink: FunctionType | None = None
+    span: FunctionType | None = None
+    cruise_time: FunctionType | None = None
+    jumps_at_ends: bool = False
+
+    def __post_init__(self) -> None:
+        if self.parameters:
+            raise ComponentError(f"{self.name}: a profile has no parameters of its own")
