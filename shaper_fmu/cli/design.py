@@ -15,6 +15,8 @@ from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.shapers import OPTIONS, shaper
 from shaper_fmu.errors import ComponentError, nearest
 from shaper_fmu.kinds.profiles import PROFILES
+from shaper_fmu.kinds.pulses import FURTHER_PARAMETERS as OF_PULSES
+from shaper_fmu.kinds.pulses import PULSES as DESIGNS
 from shaper_fmu.kinds.shapers import Shaper
 from shaper_fmu.page.blocks import Table
 from shaper_fmu.profiles.limits import NO_LIMIT
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 
 SHAPERS = [item.name for item in Shaper if item != Shaper.custom]
 OFFLINE = ["si", "direct_zv", "direct_zvd"]
-PULSES = ["carrier", "carrier_polished", "minimax", "zv_carrier"]
+PULSES = [name for name in DESIGNS if name not in SHAPERS]
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,14 @@ def design(
     if modes is not None:
         if natural_frequency or damping_ratio:
             raise typer.BadParameter("it takes the place of --natural-frequency and --damping-ratio", param_hint="--modes")
-        design_for_modes(modes, [kind, *(other or [])], tolerance, settling, plot, **parameters)
+        design_for_modes(
+            modes,
+            [kind, *(other or [])],
+            tolerance,
+            settling,
+            plot,
+            **{name: value for name, value in parameters.items() if name in OPTIONS},
+        )
         return
     if other or settling:
         raise typer.BadParameter("this needs --modes", param_hint="--or" if other else "--settling")
@@ -149,7 +158,7 @@ def design(
         write_plot(plot, f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s", blocks)
 
 
-check.add_options(design, {name: variable for name, variable in OPTIONS.items() if name != "vibration_tolerance"})
+check.add_options(design, {name: variable for name, variable in OPTIONS.items() if name != "vibration_tolerance"} | dict(OF_PULSES))
 
 
 def _blocks(wanted: _Wanted) -> list[Block]:
@@ -213,19 +222,21 @@ def _sequence(wanted: _Wanted) -> ImpulseSequence:
         wanted.frequencies,
         ratios[0] if len(ratios) == 1 else ratios,
         vibration_tolerance=wanted.tolerance,
-        **wanted.parameters,
+        **{name: value for name, value in wanted.parameters.items() if name in OPTIONS},
     )
 
 
 def _pulses(wanted: _Wanted) -> PulseSequence:
-    from shaper_fmu.design.pulses import carrier_pulses, minimax_pulses, polished_pulses, zv_carrier_pulses
+    from shaper_fmu.design.pulses import pulses
 
-    w, zeta, width = wanted.frequencies[0], wanted.ratios[0], wanted.minimum_pulse_width
-    if wanted.kind == "zv_carrier":
-        return zv_carrier_pulses(w, zeta, wanted.frequency_ratio, minimum_pulse_width=width)
-    if wanted.duration is None:
+    if wanted.duration is None and DESIGNS[wanted.kind].timed:
         raise typer.BadParameter(f"{wanted.kind} needs one", param_hint="--duration")
-    if wanted.kind == "minimax":
-        return minimax_pulses(wanted.duration, w, zeta, minimum_pulse_width=width)
-    make = carrier_pulses if wanted.kind == "carrier" else polished_pulses
-    return make(wanted.duration, w, zeta, wanted.frequency_ratio, minimum_pulse_width=width)
+    return pulses(
+        wanted.kind,
+        wanted.frequencies[0],
+        wanted.ratios[0],
+        duration=wanted.duration if DESIGNS[wanted.kind].timed else None,
+        frequency_ratio=wanted.frequency_ratio,
+        minimum_pulse_width=wanted.minimum_pulse_width,
+        **{name: value for name, value in wanted.parameters.items() if name in OF_PULSES},
+    )

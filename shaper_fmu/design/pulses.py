@@ -5,17 +5,69 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+from shaper_fmu.commands.pulse_train import NO_DESIGN, SWITCHES, PulseTrain
 from shaper_fmu.design.pulse_sequence import PulseSequence
-from shaper_fmu.design.shapers import shaper
-from shaper_fmu.errors import ComponentError
-from shaper_fmu.pulses.carrier import carrier_frequency, carrier_switches
-from shaper_fmu.pulses.carrier_polished import polish_until_wide
+from shaper_fmu.errors import ComponentError, NoSolutionError, nearest
+from shaper_fmu.kinds.pulses import FURTHER_PARAMETERS, PULSES, switches_of
 from shaper_fmu.pulses.minimax import BAND, NONE, minimax_switches
 from shaper_fmu.pulses.minimum_width import enforce_minimum_width
 from shaper_fmu.pulses.residual import switch_residual
-from shaper_fmu.pulses.zv_carrier import half_damped_period, zv_carrier_switches
+from shaper_fmu.pulses.zv_carrier import half_damped_period
 
 MOST_SWITCHES = 100_000
+OPTIONS = dict(FURTHER_PARAMETERS)
+"""The designs' own parameters, by name."""
+
+
+def pulses(
+    kind: str,
+    natural_frequency: float,
+    damping_ratio: float = 0.0,
+    *,
+    duration: float | None = None,
+    frequency_ratio: float = 13.0,
+    minimum_pulse_width: float = 0.0,
+    **parameters: float,
+) -> PulseSequence:
+    """The on/off command of a design of PulseTrain, such as "minimax", for a mode of natural_frequency [rad/s].
+
+    Args:
+        duration: travel time [s], where the design leaves it open.
+        frequency_ratio: frequency of the carrier over the damped one, where there is a carrier.
+        minimum_pulse_width: pulses and gaps shorter than this [s] are left out.
+        parameters: those that the designs declare.
+
+    Raises ComponentError for values outside their domains, NoSolutionError where there is no such command.
+    """
+    if kind not in PULSES:
+        raise ComponentError(f"there is no pulse design {kind!r}.{nearest(kind, PULSES)}")
+    if duration is None and PULSES[kind].timed:
+        raise ComponentError(f"{kind} needs a duration")
+    given = {"frequency_ratio": frequency_ratio} if duration is None else {"duration": duration, "frequency_ratio": frequency_ratio}
+    _check(natural_frequency, damping_ratio, **given, minimum_pulse_width=minimum_pulse_width)
+    m = PulseTrain(
+        design=kind,
+        natural_frequency=natural_frequency,
+        damping_ratio=damping_ratio,
+        minimum_pulse_width_limit=minimum_pulse_width,
+        **given,
+        **parameters,
+    )
+    m.check_values("parameter")
+    m.damped_period = 2.0 * half_damped_period(natural_frequency, damping_ratio)
+    m.travel_time = m.duration
+    m.certificate_left = math.nan
+    count = switches_of(m.design, m, SWITCHES)
+    if count < 0:
+        m.switch_time, m.original_time = [0.0] * MOST_SWITCHES, [0.0] * MOST_SWITCHES
+        count = switches_of(m.design, m, MOST_SWITCHES)
+    if count < 0:
+        raise ComponentError(f"a frequency_ratio of {frequency_ratio:g} gives more than {MOST_SWITCHES} switches")
+    if count == 0:
+        raise NoSolutionError(m.explain(NO_DESIGN + m.design))
+    if not PULSES[kind].keeps_width:
+        count = enforce_minimum_width(m.switch_time, count, minimum_pulse_width)
+    return _on_off(m.switch_time[:count], m.travel_time, m.certificate_left)
 
 
 def carrier_pulses(
@@ -31,9 +83,8 @@ def carrier_pulses(
     duration in s, natural_frequency in rad/s; the carrier's frequency is frequency_ratio times the damped one. Pulses and
     gaps shorter than minimum_pulse_width [s] are left out. Raises ComponentError for values outside their domains.
     """
-    times, count = _carrier(duration, natural_frequency, damping_ratio, frequency_ratio, minimum_pulse_width)
-    count = enforce_minimum_width(times, count, minimum_pulse_width)
-    return _on_off(times[:count], duration)
+    options = {"frequency_ratio": frequency_ratio, "minimum_pulse_width": minimum_pulse_width}
+    return pulses("carrier", natural_frequency, damping_ratio, duration=duration, **options)
 
 
 def polished_pulses(
@@ -48,16 +99,8 @@ def polished_pulses(
 
     Raises ComponentError when no shift that keeps the switches in order and within the duration does that.
     """
-    times, count = _carrier(duration, natural_frequency, damping_ratio, frequency_ratio, minimum_pulse_width)
-    room = [0.0] * len(times)
-    count = polish_until_wide(times, room, count, duration, natural_frequency, damping_ratio, minimum_pulse_width)
-    if count == 0:
-        raise ComponentError(
-            f"no shift of the switches leaves no vibration: a frequency_ratio of {frequency_ratio:g} gives too few or too "
-            f"unlucky switches within {duration:g} s"
-        )
-    certificate = switch_residual(times, count, duration, natural_frequency, damping_ratio)
-    return _on_off(times[:count], duration, certificate)
+    options = {"frequency_ratio": frequency_ratio, "minimum_pulse_width": minimum_pulse_width}
+    return pulses("carrier_polished", natural_frequency, damping_ratio, duration=duration, **options)
 
 
 def minimax_pulses(
@@ -95,54 +138,22 @@ def unity_magnitude_pulses(
 
     natural_frequency in rad/s. Raises ComponentError for an unknown kind, or when the equations were not solved.
     """
-    _check(natural_frequency, damping_ratio, minimum_pulse_width=minimum_pulse_width)
     if kind not in ("zv", "zvd"):
         raise ComponentError(f"kind = {kind!r} is neither 'zv' nor 'zvd'")
-    sequence = shaper(f"um_{kind}", natural_frequency, damping_ratio)
-    times = list(sequence.delays)
-    count = enforce_minimum_width(times, len(times), minimum_pulse_width)
-    return _on_off(times[:count], sequence.duration, sequence.certificate)
+    return pulses(f"um_{kind}", natural_frequency, damping_ratio, minimum_pulse_width=minimum_pulse_width)
 
 
 def zv_carrier_pulses(
     natural_frequency: float, damping_ratio: float, frequency_ratio: float, *, minimum_pulse_width: float = 0.0
 ) -> PulseSequence:
     """A ZV shaper's staircase against the triangle carrier, the comparison of Taskin, Kilic and Kapucu 2019."""
-    _check(natural_frequency, damping_ratio, frequency_ratio=frequency_ratio, minimum_pulse_width=minimum_pulse_width)
-    frequency = carrier_frequency(natural_frequency, damping_ratio, frequency_ratio)
-    duration = half_damped_period(natural_frequency, damping_ratio)
-    times = [0.0] * _room(frequency, duration)
-    count = zv_carrier_switches(times, len(times), natural_frequency, damping_ratio, frequency)
-    count = enforce_minimum_width(times, count, minimum_pulse_width)
-    return _on_off(times[:count], duration)
+    options = {"frequency_ratio": frequency_ratio, "minimum_pulse_width": minimum_pulse_width}
+    return pulses("zv_carrier", natural_frequency, damping_ratio, **options)
 
 
 def _on_off(times: list[float], travel_time: float, certificate: float = math.nan) -> PulseSequence:
     levels = tuple(1.0 - i % 2 for i in range(len(times)))
     return PulseSequence(tuple(times), levels, travel_time, certificate)
-
-
-def _carrier(
-    duration: float, natural_frequency: float, damping_ratio: float, frequency_ratio: float, minimum_pulse_width: float
-) -> tuple[list[float], int]:
-    _check(
-        natural_frequency,
-        damping_ratio,
-        duration=duration,
-        frequency_ratio=frequency_ratio,
-        minimum_pulse_width=minimum_pulse_width,
-    )
-    frequency = carrier_frequency(natural_frequency, damping_ratio, frequency_ratio)
-    times = [0.0] * _room(frequency, duration)
-    return times, carrier_switches(times, len(times), duration, natural_frequency, damping_ratio, frequency)
-
-
-def _room(frequency: float, duration: float) -> int:
-    """Enough room for all switches: at most three in each half period of the carrier."""
-    halves = 2.0 * frequency * duration
-    if not halves < MOST_SWITCHES:
-        raise ComponentError(f"a carrier of {frequency:g} Hz over {duration:g} s gives more than {MOST_SWITCHES} switches")
-    return 3 * (int(halves) + 3)
 
 
 def _check(natural_frequency: float, damping_ratio: float, **values: float) -> None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 
 from shaper_fmu.profiles.cycloid_versine_ramp import cycloid_versine_ramp
+from shaper_fmu.pulses.method import PulseMethod
 from shaper_fmu.pulses.minimum_width import enforce_minimum_width
 
 COINCIDENT = 1e-12
@@ -131,3 +132,27 @@ def _crossing(
             return better
         x = better
     return x
+
+
+def carrier(m, room):
+    """The profile's switches against the carrier into m.switch_time; returns their number, -1 for more than `room`."""
+    m.frequency = carrier_frequency(m.natural_frequency, m.damping_ratio, m.frequency_ratio)
+    return carrier_switches(m.switch_time, room, m.duration, m.natural_frequency, m.damping_ratio, m.frequency)
+
+
+def profile_reference(m, s):
+    """The profile at s [s]."""
+    position, _, _ = cycloid_versine_ramp(max(0.0, min(m.travel_time, s)), m.duration, m.natural_frequency, m.damping_ratio)
+    return position
+
+
+CARRIER = PulseMethod(
+    name="carrier",
+    number=1,
+    switches=carrier,
+    reference=profile_reference,
+    jumps_at_start=False,
+    summary="on where the cycloid + ramped versine + ramp profile of `duration` is above a triangle carrier of `frequency_ratio` "
+    "times the damped frequency, exact crossings",
+    paper="Taskin, Kilic and Kapucu 2019",
+)

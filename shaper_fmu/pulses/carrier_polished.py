@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 
+from shaper_fmu.pulses.carrier import carrier, profile_reference
+from shaper_fmu.pulses.method import PulseMethod
 from shaper_fmu.pulses.minimum_width import enforce_minimum_width, remove_pair
 from shaper_fmu.pulses.residual import shortest_width, switch_residual
 
@@ -142,3 +144,34 @@ def polish_until_wide(
         if shortest_width(switch_time, count) >= limit:
             return count
     return 0
+
+
+def polished(m, room):
+    """The carrier's switches, polished, into m.switch_time; returns their number."""
+    count = carrier(m, room)
+    if count <= 0:
+        return count
+    count = polish_until_wide(
+        m.switch_time,
+        m.original_time,
+        count,
+        m.duration,
+        m.natural_frequency,
+        m.damping_ratio,
+        m.minimum_pulse_width_limit,
+    )
+    m.certificate_left = switch_residual(m.switch_time, count, m.duration, m.natural_frequency, m.damping_ratio)
+    return count
+
+
+CARRIER_POLISHED = PulseMethod(
+    name="carrier_polished",
+    number=2,
+    switches=polished,
+    failure="no shift of the switches leaves no vibration with frequency_ratio = {frequency_ratio}, duration = {duration} s and "
+    "minimum_pulse_width_limit = {minimum_pulse_width_limit} s; use a larger frequency_ratio",
+    reference=profile_reference,
+    jumps_at_start=False,
+    keeps_width=True,
+    summary="the same with the smallest shifts of the switches that leave no vibration",
+)

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 
+from shaper_fmu.pulses.method import PulseMethod
 from shaper_fmu.pulses.residual import switch_residual
 
 SWITCHES = 5
@@ -214,3 +215,22 @@ def _refine(
     if at_middle > at_known:
         at_middle = _tried(switch_time, held, known, span, damping_ratio, band, t1, t2, t3)
     return at_middle, switch_time[1], switch_time[2], switch_time[3]
+
+
+def minimax(m, room):
+    """The five switches into m.switch_time."""
+    worst = minimax_switches(m.switch_time, m.duration, m.natural_frequency, m.damping_ratio, BAND)
+    if worst >= NONE:
+        return 0
+    m.certificate_left = switch_residual(m.switch_time, SWITCHES, m.duration, m.natural_frequency, m.damping_ratio)
+    return SWITCHES
+
+
+MINIMAX = PulseMethod(
+    name="minimax",
+    number=3,
+    switches=minimax,
+    failure="no five-switch command without vibration takes {duration} s; use between a third of the damped period and "
+    "the whole one, here {damped_period} s",
+    summary="five switches: none at the design frequency, the least within 20 % around it",
+)

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 
-from shaper_fmu.pulses.carrier import close_command
+from shaper_fmu.pulses.carrier import carrier_frequency, close_command
+from shaper_fmu.pulses.method import PulseMethod
 
 
 def staircase_level(damping_ratio: float) -> float:
@@ -43,3 +44,27 @@ def zv_carrier_switches(switch_time, room: int, natural_frequency: float, dampin
         period += 1
         rise = (period + 0.5 * (1.0 - level)) / frequency
     return close_command(switch_time, count, duration)
+
+
+def zv_carrier(m, room):
+    """The staircase's switches into m.switch_time; returns their number, -1 for more than `room`."""
+    m.frequency = carrier_frequency(m.natural_frequency, m.damping_ratio, m.frequency_ratio)
+    m.travel_time = half_damped_period(m.natural_frequency, m.damping_ratio)
+    return zv_carrier_switches(m.switch_time, room, m.natural_frequency, m.damping_ratio, m.frequency)
+
+
+def staircase(m, s):
+    """The staircase before its second step."""
+    return staircase_level(m.damping_ratio)
+
+
+ZV_CARRIER = PulseMethod(
+    name="zv_carrier",
+    number=6,
+    switches=zv_carrier,
+    reference=staircase,
+    jumps_at_end=True,
+    timed=False,
+    summary="the staircase of a ZV shaper against the carrier",
+    paper="Taskin, Kilic and Kapucu 2019",
+)
