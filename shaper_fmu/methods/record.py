@@ -49,9 +49,14 @@ class Method:
         return self.title or self.name.replace("_", " ")
 
     @property
+    def described(self) -> str:
+        """Summary and paper."""
+        return self.summary + (f" ({self.paper})" if self.paper else "")
+
+    @property
     def item(self) -> str:
-        """An item of a list: name, summary and paper."""
-        return f"- {self.name}: {self.summary}" + (f" ({self.paper})" if self.paper else "")
+        """An item of a list: its name, and what it is."""
+        return f"- {self.name}: {self.described}"
 
 
 def declare(body: dict[str, Any], parameters: Mapping[str, Variable]) -> None:

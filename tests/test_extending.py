@@ -1,0 +1,216 @@
+"""docs/extending.md: its files, found by entry point in a folder outside of the package, in all that follows from a method."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sweep_cases import runs_of
+
+from shaper_fmu.design.method_tables import with_tables
+
+PAGE = (Path(__file__).parents[1] / "docs" / "extending.md").read_text()
+W, ZETA, LATE = 5.0, 0.05, 2
+
+
+def announced(folder: Path, points: dict[str, dict[str, str]], name: str = "theirs") -> None:
+    """A distribution in this folder that has these entry points."""
+    info = folder / f"{name}-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    lines = [f"[{group}]\n" + "\n".join(f"{key} = {value}" for key, value in one.items()) for group, one in points.items()]
+    (info / "entry_points.txt").write_text("\n\n".join(lines) + "\n")
+
+
+def python(folder: Path, code: str, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    """What Python says to this code, with the folder among those where modules are looked for."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])}
+    words = [sys.executable, "-c", code, *map(str, arguments)]
+    return subprocess.run(words, capture_output=True, text=True, env=environment, timeout=1800, cwd=folder)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """The page's files, and the entry points that it tells."""
+    place = tmp_path_factory.mktemp("theirs")
+    blocks = re.findall(r"```(\w+)\n(.*?)```", PAGE, re.DOTALL)
+    points = tomllib.loads(next(text for kind, text in blocks if kind == "toml"))["project"]["entry-points"]
+    announced(place, points)
+    files = [text for kind, text in blocks if kind == "python"]
+    modules = [module for group in points.values() for module in group.values()]
+    assert len(files) == len(modules) == 3
+    for module, text in zip(modules, files, strict=True):
+        (place / f"{module}.py").write_text(text)
+    return place
+
+
+_WORK = f"""
+import json, math, sys
+from pathlib import Path
+
+from shaper_fmu import ModeBox, System, Wish, build_fmu, choose, find_component, profile, read_study, run_study, shaper
+from shaper_fmu.design.pulses import pulses
+from shaper_fmu.sweep.engines import Serial
+
+found = {{}}
+for backend in ("native", "python"):
+    for name in ("InputShaper", "MotionProfile", "PulseTrain"):
+        build_fmu(find_component(name), backend, backend=backend, platforms=["this"] if backend == "native" else ())
+    system = System("shaped")
+    values = {{"shaper": "late_zv", "natural_frequency": [{W}], "damping_ratio": [{ZETA}], "late_periods": {LATE}}}
+    system.add("shaper", f"{{backend}}/InputShaper.fmu", values)
+    system.drive("shaper.command", 1.0)
+    shaped = system.simulate(4.0, 0.5, record=["shaper.shaped", "shaper.duration"])
+    system = System("moved")
+    system.add("profile", f"{{backend}}/MotionProfile.fmu", profile="polynomial_4567", duration=2.0)
+    moved = system.simulate(2.0, 0.5)
+    system = System("switched")
+    system.add("train", f"{{backend}}/PulseTrain.fmu", design="quick_pulse", natural_frequency={W})
+    switched = system.simulate(1.0, 0.5, record=["train.residual_vibration", "train.travel_time"])
+    found[backend] = {{
+        "shaped": [float(shaped["shaper.shaped"][0]), float(shaped["shaper.duration"][-1])],
+        "position": moved["profile.position"].tolist(),
+        "residual": float(switched["train.residual_vibration"][-1]),
+        "travel_time": float(switched["train.travel_time"][-1]),
+    }}
+
+one = shaper("late_zv", {W}, {ZETA}, late_periods={LATE})
+law = profile("polynomial_4567", 1.0, max_velocity=0.7)
+on_off = pulses("quick_pulse", {W})
+found["python"]["objects"] = [one.residual_vibration({W}, {ZETA}), law.duration, on_off.residual_vibration({W})]
+
+system = System("studied")
+system.add("shaper", "native/InputShaper.fmu", shaper="late_zv", natural_frequency=[{W}], damping_ratio=[{ZETA}])
+plant = build_fmu(find_component("MassSpringDamper"), "native", platforms=["this"])
+system.add("plant", plant, mass=1.0, stiffness={W * W}, damping={2 * ZETA * W})
+system.connect("shaper.shaped", "plant.force")
+system.to_ssp("studied.ssp", stop_time=8.0, step=0.01)
+Path("study.toml").write_text('''
+name = "late"
+system = "studied.ssp"
+stop_time = 8.0
+step = 0.01
+
+[vary."shaper.late_periods"]
+values = [0, 1, 2]
+
+[metrics.duration]
+kind = "final"
+output = "shaper.duration"
+''')
+counts = run_study(read_study(Path("study.toml")), Path("late.sqlite"), engine=Serial())
+found["sweep"] = counts
+
+choice = choose([ModeBox.around({W}, {ZETA})], Wish(tolerance=0.2, kinds=("late_zv",)), floor=False)
+found["tune"] = [choice.recommended.name, choice.recommended.start_values()]
+print(json.dumps(found))
+"""
+
+
+@pytest.fixture(scope="module")
+def found(folder) -> dict[str, Any]:
+    """What the FMUs, Python's objects, a sweep and `tune` make of the methods, in one process: kernels are compiled once."""
+    done = python(folder, _WORK)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+@pytest.mark.parametrize("backend", ["native", "python"])
+def test_the_methods_are_in_fmus_of_both_backends(found, backend):
+    """The formulas of the page, by hand: K of the late impulse; the polynomial; V = 0 undamped."""
+    delay = (2 * LATE + 1) * math.pi / math.sqrt(1 - ZETA**2)
+    assert found[backend]["shaped"] == pytest.approx([1 / (1 + math.exp(-ZETA * delay)), delay / W], rel=1e-12)
+    u = [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert found[backend]["position"] == pytest.approx([35 * x**4 - 84 * x**5 + 70 * x**6 - 20 * x**7 for x in u], abs=1e-12)
+    assert found[backend]["residual"] == pytest.approx(0.0, abs=1e-15)
+    assert found[backend]["travel_time"] == pytest.approx(2 * math.pi / 3 / W, rel=1e-12)
+
+
+def test_python_makes_objects_of_them(found):
+    assert found["python"]["objects"] == pytest.approx([0.0, 35 / 16 / 0.7, 0.0], abs=1e-12)
+
+
+def test_a_sweep_varies_the_shapers_own_parameter(found, folder):
+    assert found["sweep"] == {"done": 3}
+    durations = [run.metrics["duration"] for run in runs_of(folder / "late.sqlite")]
+    assert durations == pytest.approx([(n + 0.5) * 2 * math.pi / (W * math.sqrt(1 - ZETA**2)) for n in range(3)], rel=1e-12)
+
+
+def test_tune_chooses_among_them(found):
+    name, values = found["tune"]
+    assert name.startswith("late ZV on 5")
+    assert values["shaper"] == "late_zv"
+
+
+_COMMAND = "from shaper_fmu.cli import main; main()"
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["late_zv", "-w", "5", "-z", "0.05", "--late-periods", "2"], f"{5 * math.pi / math.sqrt(1 - ZETA**2) / W:.6f}"),
+        (["polynomial_4567", "-w", "5", "--duration", "2"], "1.09375"),
+        (["quick_pulse", "-w", "5"], f"{2 * math.pi / 15:.5f}"),
+        (["late_zv", "-w", "5", "--late-periods", "10"], "10 is outside its domain: 0 to 9"),
+        (["--help"], "whole periods by which the second impulse of late_zv is late"),
+    ],
+)
+def test_the_command_line_knows_them(folder, words, expected):
+    done = python(folder, _COMMAND, "design", *words)
+    assert expected in " ".join((done.stdout + done.stderr).split()), done.stdout + done.stderr
+
+
+SHAPER = """
+from shaper_fmu.shapers.method import ShaperMethod
+from shaper_fmu.component import Parameter
+
+def impulses({arguments}):
+    return 0
+
+X = ShaperMethod(name="{name}", number={number}, impulses=impulses, summary="", parameters={parameters})
+"""
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"number": 2}, "numbers below 100 are kept for shaper-fmu itself"),
+        ({"name": "zvd"}, r"zvd = 200 in wrong and zvd = 3 in shaper_fmu.shapers.zero_derivative are one item|"
+         r"zvd = 3 in shaper_fmu.shapers.zero_derivative.*"),
+        ({"name": "none"}, "none = 200 in wrong and none = 1 in shaper_fmu.shapers are one item"),
+        ({"name": "my shaper"}, "must be one word of letters"),
+        ({"arguments": "m, damping"}, "wrong: impulses of theirs asks for 'damping'; it may ask for m, damping_ratio"),
+        ({"parameters": '{"modes": Parameter(1.0, "", "")}'}, "InputShaper has a variable 'modes'"),
+        ({"parameters": '{"equal_impulses": Parameter(1, "", "")}'}, "another method has a parameter 'equal_impulses', too"),
+        ({"parameters": '{"x": Parameter([1.0, 2.0], "", "", size=2)}'}, "theirs: x must be a Parameter: a single number"),
+    ],
+)  # fmt: skip
+def test_wrong_records_are_refused_in_clear_words(tmp_path, values, words):
+    given = {"name": "theirs", "number": 200, "arguments": "m, damping_ratio", "parameters": "{}", **values}
+    (tmp_path / "wrong.py").write_text(SHAPER.format(**given))
+    announced(tmp_path, {"shaper_fmu.shapers": {"wrong": "wrong"}})
+    done = python(tmp_path, "import shaper_fmu.commands.input_shaper")
+    assert done.returncode == 1
+    assert re.search(words, done.stderr.splitlines()[-1]), done.stderr
+
+
+def test_a_module_that_cannot_be_loaded_is_named(tmp_path):
+    announced(tmp_path, {"shaper_fmu.profiles": {"gone": "no_such_module"}})
+    done = python(tmp_path, "import shaper_fmu.commands.motion_profile")
+    assert "entry point gone = no_such_module of shaper_fmu.profiles cannot be loaded" in done.stderr.splitlines()[-1]
+
+
+@pytest.mark.parametrize("name", ["shapers.md", "commands.md"])
+def test_the_tables_of_the_docs_are_those_of_the_records(name):
+    """After a change: python -m shaper_fmu.design.method_tables docs/*.md"""
+    page = (Path(__file__).parents[1] / "docs" / name).read_text()
+    assert "<!-- table of" in page
+    assert with_tables(page) == page
