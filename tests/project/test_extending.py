@@ -17,7 +17,7 @@ from sweep_cases import runs_of
 
 from shaper_fmu.design.method_tables import with_tables
 
-PAGE = (Path(__file__).parents[1] / "docs" / "extending.md").read_text()
+PAGE = (Path(__file__).parents[2] / "docs" / "extending.md").read_text()
 W, ZETA, LATE = 5.0, 0.05, 2
 
 
@@ -211,6 +211,6 @@ def test_a_module_that_cannot_be_loaded_is_named(tmp_path):
 @pytest.mark.parametrize("name", ["shapers.md", "commands.md"])
 def test_the_tables_of_the_docs_are_those_of_the_records(name):
     """After a change: python -m shaper_fmu.design.method_tables docs/*.md"""
-    page = (Path(__file__).parents[1] / "docs" / name).read_text()
+    page = (Path(__file__).parents[2] / "docs" / name).read_text()
     assert "<!-- table of" in page
     assert with_tables(page) == page
