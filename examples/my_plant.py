@@ -2,7 +2,7 @@
 
 import math
 
-from shaper_fmu.component import Calculated, Component, Input, Output, Parameter
+from shaper_fmu import Calculated, Component, Input, Output, Parameter
 
 
 class CoupledTank(Component):

@@ -8,11 +8,12 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from shaper_fmu.public_names import HOME
 from shaper_fmu.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from shaper_fmu.analysis.vibration import damping_curve, insensitivity, relative_residual, sensitivity_curve, tolerated_band
-    from shaper_fmu.component import Calculated, Component, Input, Local, Output, Parameter, State
+    from shaper_fmu.component import NO_EVENT, Calculated, Component, Input, Local, Output, Parameter, State, time_tolerance
     from shaper_fmu.design.floor import distance_to_floor, shortest_duration
     from shaper_fmu.design.impulse_sequence import ImpulseSequence
     from shaper_fmu.design.modal_response import ModalResponse, modal_response, step_response
@@ -48,47 +49,8 @@ if TYPE_CHECKING:
     from shaper_fmu.tune.tuning_plant import tune_plant
     from shaper_fmu.tune.verification.verify import Verification, verify
 
-_HOMES = {
-    "design.modal_response": ["ModalResponse", "modal_response", "step_response"],
-    "design.mode_file": ["read_modes"],
-    "analysis.vibration": ["damping_curve", "insensitivity", "relative_residual", "sensitivity_curve", "tolerated_band"],
-    "component": ["Calculated", "Component", "Input", "Local", "Output", "Parameter", "State"],
-    "errors": ["ShaperFmuError"],
-    "export.build": ["build_fmu", "fmu_path"],
-    "master.batch": ["Batch", "Plan"],
-    "master.metrics": ["Effort", "Envelope", "Final", "Overshoot", "Peak", "Residual", "SettlingTime"],
-    "master.results": ["Results"],
-    "master.simulation": ["Simulation"],
-    "ssp.system": ["System"],
-    "design.profiles": ["Profile", "profile"],
-    "design.pulses": ["carrier_pulses", "minimax_pulses", "polished_pulses", "unity_magnitude_pulses", "zv_carrier_pulses"],
-    "design.pulse_sequence": ["PulseSequence"],
-    "registry": ["components", "find_component"],
-    "design.shapers": ["shaper"],
-    "design.floor": ["distance_to_floor", "shortest_duration"],
-    "design.mode_selection": ["ModeSet", "Selection", "mode_sets", "select_modes"],
-    "design.impulse_sequence": ["ImpulseSequence"],
-    "design.specified_insensitivity": ["Band", "specified_insensitivity"],
-    "design.two_mode": ["direct_two_mode"],
-    "sweep.engine": ["run_study"],
-    "sweep.store": ["Store"],
-    "sweep.study": ["Study", "read_study"],
-    "tune.choice.boxes": ["ModeBox", "mode_boxes"],
-    "tune.choice.choice": ["choose"],
-    "tune.choice.result": ["Choice"],
-    "tune.identify.experiment": ["PlantIdentification", "experiment"],
-    "tune.identify.range": ["PlantModes", "identify_plant", "operating_points"],
-    "tune.identify.measured": ["MeasuredIdentification", "identify_measured"],
-    "report.tune.outputs": ["write_tuning"],
-    "tune.tuning": ["Tuning", "wish_for"],
-    "tune.tuning_measured": ["tune_measured"],
-    "tune.tuning_plant": ["tune_plant"],
-    "tune.verification.verify": ["Verification", "verify"],
-    "tune.choice.wish": ["Move", "Wish"],
-}
-_HOME = {name: module for module, names in _HOMES.items() for name in names}
-
 __all__ = [
+    "NO_EVENT",
     "Band",
     "Batch",
     "Calculated",
@@ -157,6 +119,7 @@ __all__ = [
     "shortest_duration",
     "specified_insensitivity",
     "step_response",
+    "time_tolerance",
     "tolerated_band",
     "tune_measured",
     "tune_plant",
@@ -169,6 +132,6 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    if name not in HOME:
         raise AttributeError(f"module 'shaper_fmu' has no attribute {name!r}")
-    return getattr(importlib.import_module(f"shaper_fmu.{_HOME[name]}"), name)
+    return getattr(importlib.import_module(HOME[name]), name)

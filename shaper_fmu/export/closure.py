@@ -15,7 +15,8 @@ from pathlib import Path
 from types import FunctionType
 
 from shaper_fmu.component import Component
-from shaper_fmu.errors import BuildError
+from shaper_fmu.errors import BuildError, nearest
+from shaper_fmu.public_names import HOME
 
 _SLAVE_MODULE = "shaper_fmu.export.slave"
 
@@ -101,7 +102,9 @@ def _imported(module: str, source: str, packages: set[str]) -> list[str]:
         where = f"module {module}, line {node.lineno}"
         for target in [_target(module, node)] if isinstance(node, ast.ImportFrom) else [alias.name for alias in node.names]:
             top = target.split(".")[0]
-            if top in packages and isinstance(node, ast.ImportFrom):
+            if target == "shaper_fmu" and isinstance(node, ast.ImportFrom):
+                found += [home for home, _ in _public(node, where)]
+            elif top in packages and isinstance(node, ast.ImportFrom):
                 if _source_file(target).name == "__init__.py":
                     raise BuildError(f"{where}: import from the module that defines the name, not from the package {target!r}")
                 found.append(target)
@@ -114,12 +117,27 @@ def _imported(module: str, source: str, packages: set[str]) -> list[str]:
     return found
 
 
+def _public(node: ast.ImportFrom, where: str) -> list[tuple[str, ast.alias]]:
+    """The names of `from shaper_fmu import ...`, each with the module that defines it. Raises BuildError for one that is none."""
+    for alias in node.names:
+        if alias.name not in HOME:
+            raise BuildError(f"{where}: shaper_fmu has no public name {alias.name!r}.{nearest(alias.name, HOME)}")
+    return [(HOME[alias.name], alias) for alias in node.names]
+
+
 def _rerooted(module: str, source: str, packages: set[str], root: str) -> str:
-    """The source with absolute imports of packed packages pointing under the private root."""
-    lines = source.splitlines(keepends=True)
-    for node in _import_statements(source):
-        if isinstance(node, ast.ImportFrom) and node.level == 0 and _target(module, node).split(".")[0] in packages:
-            line = lines[node.lineno - 1]
-            head, tail = line[: node.col_offset], line[node.col_offset :]
-            lines[node.lineno - 1] = head + tail.replace(f"from {node.module}", f"from {root}.{node.module}", 1)
-    return "".join(lines)
+    """The source with imports of packed packages pointing under the private root; all lines keep their numbers.
+
+    `from shaper_fmu import ...` becomes imports from the modules that define the names.
+    """
+    lines = source.encode().splitlines(keepends=True)
+    for node in sorted(_import_statements(source), key=lambda n: (n.lineno, n.col_offset), reverse=True):
+        if not isinstance(node, ast.ImportFrom) or node.level or _target(module, node).split(".")[0] not in packages:
+            continue
+        names = _public(node, module) if node.module == "shaper_fmu" else [(str(node.module), alias) for alias in node.names]
+        homes = {home: [ast.unparse(alias) for where, alias in names if where == home] for home, _ in names}
+        imports = [f"from {root}.{home} import {', '.join(aliases)}" for home, aliases in homes.items()]
+        first, last = node.lineno - 1, (node.end_lineno or node.lineno) - 1
+        head, rest = lines[first][: node.col_offset], lines[last][node.end_col_offset :]
+        lines[first : last + 1] = [head + "; ".join(imports).encode() + rest, *[b"\n"] * (last - first)]
+    return b"".join(lines).decode()

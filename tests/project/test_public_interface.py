@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import shaper_fmu
+from shaper_fmu.public_names import HOME
 from shaper_fmu.registry import components
 
 ROOT = Path(__file__).parents[2]
@@ -80,7 +81,7 @@ def test_enumeration_values_never_change():
 
 
 def test_every_public_python_name_is_importable():
-    assert sorted(shaper_fmu.__all__) == sorted(shaper_fmu._HOME)
+    assert sorted(shaper_fmu.__all__) == sorted(HOME)
     for name in shaper_fmu.__all__:
         assert getattr(shaper_fmu, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'Sytem'"):
