@@ -8,10 +8,10 @@ READY := $(VENV)/ready
 PIP = `$(BIN)/python -m pip --version >/dev/null 2>&1 && echo $(BIN)/python -m pip || echo $(PYTHON) -m pip --python $(BIN)/python`
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fmus dist bench lint format clean
+.PHONY: help demo test test-rest test-all check fmus dist bench lint format clean
 
 help:  ## Show the targets
-	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
 $(READY): pyproject.toml
 	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; v >= (3, 11) or sys.exit("Python 3.11 or newer is needed, $(PYTHON) is %d.%d; give another one: make PYTHON=python3.12 ..." % v)'
@@ -28,8 +28,16 @@ demo: $(READY)  ## Build the FMUs, run and sweep the crane, write the reports
 	$(BIN)/shaper-fmu report results/overhead_crane.sqlite --output results/overhead_crane.html
 	@echo "The report: results/overhead_crane.html"
 
-test: $(READY)  ## Run the tests
-	$(BIN)/python -m pytest -n auto
+test: $(READY)  ## Run the tests: every contract, on representatives
+	$(BIN)/python -m pytest -n auto -m 'not thorough'
+
+test-rest: $(READY)  ## Run the tests that make test leaves out
+	$(BIN)/python -m pytest -n auto -m thorough
+
+test-all: test test-rest  ## Run all tests: every component, version and platform, sanitizers, other masters, papers
+
+check:  ## What the continuous integration does: all tests, where nothing may be skipped, and lint
+	CI=1 $(MAKE) test test-rest lint
 
 fmus: $(READY)  ## Build all FMUs, for all platforms: FMI 2.0 into fmus/, FMI 3.0 into fmus/fmi3/
 	$(BIN)/shaper-fmu build

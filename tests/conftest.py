@@ -19,6 +19,27 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # programs started in 
 settings.load_profile("ci" if os.environ.get("CI") else "development")
 
 
+REPRESENTATIVES = {"InputShaper", "MassSpringDamper", "OverheadCrane"}
+"""Sampled with events, propagated exactly, integrated: the components that `make test` runs of the tests over all."""
+THOROUGH = {
+    "test_cli_reproduce.py", "test_dist.py", "test_native_interoperability.py", "test_native_platforms.py", "test_native_robustness.py",
+    "test_native_sanitized.py", "test_native_solver_order.py", "test_portable_systems.py", "test_reproduce_partial_modes.py",
+    "test_reproduce_pwm.py", "test_reproduce_s_curve.py", "test_reproduce_two_part.py", "test_ssp_portable.py", "test_sweep_killed.py",
+    "test_tune_records.py", "test_unknown_parameters.py",
+}  # fmt: skip
+"""Files of tests that `make test` leaves to `make test-all`: platforms, sanitizers, the wheel, other masters, papers, families."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what `make test` leaves out: whole files, and the components that are no representatives."""
+    others = set(components()) - REPRESENTATIVES
+    for item in items:
+        values = item.callspec.params.values() if isinstance(item, pytest.Function) and hasattr(item, "callspec") else ()
+        named = {getattr(value, "__name__", value) for value in values if isinstance(value, str | type)}
+        if item.path.name in THOROUGH or named & others:
+            item.add_marker(pytest.mark.thorough)
+
+
 @pytest.fixture(scope="session")
 def fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the native FMUs of all components, FMI 2.0, for this machine."""
