@@ -18,11 +18,13 @@ from shaper_fmu.design.pulses import (
     carrier_pulses,
     minimax_pulses,
     polished_pulses,
+    pulses,
     unity_magnitude_pulses,
     zv_carrier_pulses,
 )
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.export.compile import jit, record_of
+from shaper_fmu.kinds.pulses import PULSES as METHODS
 from shaper_fmu.plants.mass_spring_damper import MassSpringDamper
 
 # the plant of Taskin, Kilic and Kapucu 2019
@@ -37,6 +39,8 @@ DESIGNS = {
     "um_zvd": unity_magnitude_pulses("zvd", W, ZETA),
     "zv_carrier": zv_carrier_pulses(W, ZETA, RATIO),
 }
+more = [name for name in METHODS if name not in DESIGNS]
+DESIGNS |= {name: pulses(name, W, ZETA, duration=PERIOD / 2, frequency_ratio=RATIO) for name in more}
 every_design = pytest.mark.parametrize("design", DESIGNS)
 
 
@@ -46,7 +50,7 @@ def train(design: str, **values) -> PulseTrain:
 
 
 def test_the_designs_numbers_never_change():
-    assert [(item.name, item.value) for item in Design] == list(zip(DESIGNS, range(1, 7), strict=True))
+    assert [(item.name, item.value) for item in Design][:6] == list(zip(list(DESIGNS)[:6], range(1, 7), strict=True))
 
 
 @every_design

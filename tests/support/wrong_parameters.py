@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from right_system import COMMON, DISTANCE, DURATION, KIND, MAPPING, SET, SSD, Wrong
 
+from shaper_fmu.kinds.shapers import Shaper
+
 PARAMETERS: dict[str, Wrong] = {
     "a parameter that matches nothing": Wrong(
         ((COMMON, "plant.damping", "plant.dampening"),),
@@ -95,7 +97,7 @@ PARAMETERS: dict[str, Wrong] = {
             (
                 COMMON,
                 "33",
-                "parameter command.shaper.shaper -> command.shaper.shaper: shaper = 33 is no item of the enumeration: none (1), zv (2), zvd (3), zvdd (4), zvddd (5), mzv (6), ei (7), two_hump_ei (8), three_hump_ei (9), um_zv (10), um_zvd (11), sna_zv (12), custom (13), um_ei (14), miszv (15)",
+                f"parameter command.shaper.shaper -> command.shaper.shaper: shaper = 33 is no item of the enumeration: {', '.join(f'{item.name} ({item.value})' for item in Shaper)}",
             ),
         ),
     ),
