@@ -214,3 +214,26 @@ def test_the_tables_of_the_docs_are_those_of_the_records(name):
     page = (Path(__file__).parents[2] / "docs" / name).read_text()
     assert "<!-- table of" in page
     assert with_tables(page) == page
+
+
+def test_what_does_not_compile_is_named_in_the_methods_file(tmp_path):
+    """The check of kernels goes through the functions that are made, which have no file."""
+    text = SHAPER.format(name="theirs", number=200, arguments="m, damping_ratio", parameters="{}")
+    (tmp_path / "wrong.py").write_text(text.replace("return 0", "return len({1: 2})"))
+    announced(tmp_path, {"shaper_fmu.shapers": {"wrong": "wrong"}})
+    work = (
+        "from shaper_fmu.commands.input_shaper import InputShaper as C; from shaper_fmu.export.kernel_source import check_kernels"
+    )
+    done = python(tmp_path, f"{work}; check_kernels(C)")
+    line = text.splitlines().index("    return 0") + 1
+    assert f"wrong.py:{line}: " in done.stderr, done.stderr
+
+
+def test_tracebacks_show_the_lines_that_are_made(tmp_path):
+    (tmp_path / "wrong.py").write_text(
+        SHAPER.format(name="theirs", number=200, arguments="m, damping_ratio", parameters="{}").replace("return 0", "return 1 / 0")
+    )
+    announced(tmp_path, {"shaper_fmu.shapers": {"wrong": "wrong"}})
+    work = "import traceback; from shaper_fmu import shaper\ntry: shaper('theirs', 1.0)\nexcept ZeroDivisionError: traceback.print_exc()"
+    done = python(tmp_path, work)
+    assert "return theirs_impulses(m, damping_ratio)" in done.stderr, done.stderr
