@@ -19,12 +19,13 @@ from harness import Measured, Row, alone, compared
 from rich.console import Console
 
 from shaper_fmu.export.build import fmu_path
+from shaper_fmu.metrics.peak import Peak
+from shaper_fmu.metrics.residual import Residual
 from shaper_fmu.progress import runs_progress
 from shaper_fmu.ssp.archive import load_ssp, pack_ssp
 from shaper_fmu.sweep.engine import job_of, provenance_of, with_nominals
 from shaper_fmu.sweep.engines import Engine, Processes, Serial, available_workers
 from shaper_fmu.sweep.job import Job
-from shaper_fmu.sweep.measures import Peak, Residual
 from shaper_fmu.sweep.store import Outcome, Store, Task
 from shaper_fmu.sweep.study import Study
 from shaper_fmu.sweep.variation import Vary

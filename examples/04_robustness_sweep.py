@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from shaper_fmu import Store, build_fmu, find_component, insensitivity, run_study, shaper
+from shaper_fmu.metrics.residual import Residual
 from shaper_fmu.page.figures import Figure, Line
 from shaper_fmu.page.pictures import write_picture
 from shaper_fmu.ssp.archive import pack_ssp
-from shaper_fmu.sweep.measures import Residual
 from shaper_fmu.sweep.refine import slices, tolerated_band
 from shaper_fmu.sweep.study import Refine, Study
 from shaper_fmu.sweep.variation import Vary

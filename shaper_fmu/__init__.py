@@ -28,9 +28,15 @@ if TYPE_CHECKING:
     from shaper_fmu.errors import ShaperFmuError
     from shaper_fmu.export.build import build_fmu, fmu_path
     from shaper_fmu.master.batch import Batch, Plan
-    from shaper_fmu.master.metrics import Effort, Envelope, Final, Overshoot, Peak, Residual, SettlingTime
     from shaper_fmu.master.results import Results
     from shaper_fmu.master.simulation import Simulation
+    from shaper_fmu.metrics.effort import Effort
+    from shaper_fmu.metrics.envelope import Envelope
+    from shaper_fmu.metrics.final import Final
+    from shaper_fmu.metrics.overshoot import Overshoot
+    from shaper_fmu.metrics.peak import Peak
+    from shaper_fmu.metrics.residual import Residual
+    from shaper_fmu.metrics.settling_time import SettlingTime
     from shaper_fmu.registry import components, find_component
     from shaper_fmu.report.tune.outputs import write_tuning
     from shaper_fmu.ssp.system import System

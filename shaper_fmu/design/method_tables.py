@@ -1,4 +1,7 @@
-"""The tables of methods in docs/: lines between marks, written by `python -m shaper_fmu.design.method_tables FILE.md ...`."""
+"""The tables of methods and metrics in docs/: lines between marks.
+
+`python -m shaper_fmu.design.method_tables FILE.md ...` writes them.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,7 @@ from shaper_fmu.kinds.profiles import PROFILES
 from shaper_fmu.kinds.pulses import PULSES
 from shaper_fmu.kinds.shapers import SHAPERS
 from shaper_fmu.methods.record import FIRST_FOREIGN, Method
+from shaper_fmu.metrics.known import METRICS
 
 
 def _rows(head: list[str], methods: Iterable[Method], more: Callable[[Method], list[str]]) -> str:
@@ -26,10 +30,22 @@ def _of_shaper(method: Method) -> list[str]:
     return [f"{sequence.duration / (2.0 * math.pi):.3f}", f"{sequence.insensitivity(1.0):.3f}"]
 
 
+def _metrics() -> str:
+    """A row a metric: its kind, its keys besides `output`, and what it is."""
+    rows = []
+    for kind, metric in METRICS.items():
+        if metric.__module__.startswith("shaper_fmu."):
+            keys = ", ".join(f"`{key}`" for key in metric.fields() if key != "output")
+            rows.append([f"`{kind}`", f"`{metric.__name__}`", keys, metric.unit or "of the output", metric.summary()])
+    head = ["kind", "in Python", "keys besides `output`", "unit", "what it is"]
+    return "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows])
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "shapers": lambda: _rows(["name", "duration / T", "I(5 %)", "what it is"], SHAPERS.values(), _of_shaper),
     "profiles": lambda: _rows(["name", "what it is"], PROFILES.values(), lambda one: []),
     "pulse designs": lambda: _rows(["design", "what it is"], PULSES.values(), lambda one: []),
+    "metrics": _metrics,
 }
 
 

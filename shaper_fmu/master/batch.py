@@ -17,7 +17,6 @@ from shaper_fmu.master import layout as of
 from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.faults import fault_error
-from shaper_fmu.master.metrics import Metric
 from shaper_fmu.master.process_state import Share, keeping, put_back
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.signals import Interpolation
@@ -25,6 +24,7 @@ from shaper_fmu.master.simulation import Simulation, ends_whole, number_of_steps
 from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.whole_run import whole_runs
 from shaper_fmu.master.wiring import Port
+from shaper_fmu.metrics.metric import GATHERED, Metric
 
 _MOST = 1 << 18
 """Macro steps until Python can be interrupted."""
@@ -169,7 +169,7 @@ class Batch:
         A run that fails ends the list, and the batch: make another one for the rows that are left. While they are done, the
         number of the run at work (of `numbers`, int64) is kept at the address `now`, for others that watch this process.
         """
-        gathered = np.empty((len(rows), len(self._metrics)), of.METRIC)
+        gathered = np.empty((len(rows), len(self._metrics)), GATHERED)
         numbers = np.arange(len(rows)) if numbers is None else numbers
         done, failure = 0, None
         while done < len(rows) and failure is None:

@@ -16,6 +16,7 @@ from shaper_fmu.master.calls import write_f8
 from shaper_fmu.master.event_loop import handle_event, has_changed
 from shaper_fmu.master.execution import execute, opened, rounding
 from shaper_fmu.master.transfers import compiled, inlined
+from shaper_fmu.metrics import metric
 
 GOING_ON, FINISHED, FULL, FAULT = range(4)
 
@@ -80,13 +81,13 @@ def _set_guards(guards, control, off_grid):
 
 @compiled
 def _measure(metrics, bus, t):
-    """Take the values at t into the metrics; see metrics.py for what they are."""
+    """Take the values at t into the metrics; see metrics/metric.py for what they are."""
     for i in range(metrics.size):
         m = metrics[i]
         x = bus[m.place]
         anew = math.isnan(m.time)
         unmoved = m.command < 0 or bus[m.command] == m.commanded
-        if m.kind == of.EXTREMES and m.smallest <= x <= m.largest and unmoved and not anew:  # most steps of most metrics
+        if m.kind == metric.EXTREMES and m.smallest <= x <= m.largest and unmoved and not anew:  # most steps of most metrics
             m.last = x
             m.time = t
             continue
@@ -97,17 +98,17 @@ def _measure(metrics, bus, t):
         if anew:
             m.begin = t
             m.first = x
-            m.sum = t if m.kind == of.OUTSIDE else 0.0
-            m.largest = 0.0 if m.kind == of.ENVELOPE else x
+            m.sum = t if m.kind == metric.OUTSIDE else 0.0
+            m.largest = 0.0 if m.kind == metric.ENVELOPE else x
             m.smallest = x
-        elif m.kind == of.SQUARE:
+        elif m.kind == metric.SQUARE:
             m.sum += m.last * m.last * (t - m.time)
-        if m.kind == of.ENVELOPE:
+        if m.kind == metric.ENVELOPE:
             m.largest = max(m.largest, math.hypot(x - m.rest, bus[m.rate] / m.parameter))
         else:
             m.largest = max(m.largest, x)
         m.smallest = min(m.smallest, x)
-        if m.kind == of.OUTSIDE and abs(x - m.rest) > m.parameter:
+        if m.kind == metric.OUTSIDE and abs(x - m.rest) > m.parameter:
             m.sum = t
         if math.isnan(x):  # which comparisons pass over
             m.largest = m.smallest = m.sum = x

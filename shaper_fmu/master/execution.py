@@ -20,6 +20,7 @@ from shaper_fmu.master.transfers import (
     set_reals,
     set_values,
 )
+from shaper_fmu.metrics.metric import GATHERED
 
 rounding = inlined(time_rounding)
 CUT = 2
@@ -43,7 +44,7 @@ def opened(address):
         _array(a, 9, np.float64),
         _array(a, 10, np.int32),
         _array(a, 11, np.int32),
-        _array(a, 12, of.METRIC),
+        _array(a, 12, GATHERED),
         _program(a, 13),
         _program(a, 14),
         _program(a, 15),

@@ -64,26 +64,6 @@ TABLE = np.dtype(
     align=True,
 )
 
-METRIC = np.dtype(
-    [
-        ("kind", "i4"),
-        ("place", "i4"),
-        ("command", "i4"),  # whose last change begins it; -1 for none
-        ("rate", "i4"),
-        ("parameter", "f8"),
-        ("rest", "f8"),
-        ("commanded", "f8"),
-        ("begin", "f8"),
-        ("time", "f8"),  # of the last value
-        ("first", "f8"),
-        ("last", "f8"),
-        ("largest", "f8"),
-        ("smallest", "f8"),
-        ("sum", "f8"),
-    ],
-    align=True,
-)
-
 SLOPE = np.dtype(
     [
         ("source", "i4"),  # its place on the bus
@@ -153,7 +133,8 @@ _SOURCES = ("layout", "arithmetic", "calls", "transfers", "execution", "clock_lo
 
 def _sources_digest() -> str:
     folder = Path(__file__).parent
-    files = [folder.parent / "component.py", *[folder / f"{name}.py" for name in _SOURCES]]  # time_rounding is the component's
+    others = [folder.parent / "component.py", folder.parent / "metrics" / "metric.py"]  # time_rounding; what metrics gather
+    files = [*others, *[folder / f"{name}.py" for name in _SOURCES]]
     texts = [file.read_bytes() for file in files]
     return hashlib.sha256(b"\0".join(texts)).hexdigest()[:16]
 
@@ -218,9 +199,6 @@ CONTROL = np.dtype(
 # Types of values in memory.
 F8, F4, I1, U1, I2, U2, I4, U4, I8, U8, BOOLEAN2, BOOLEAN3 = range(12)
 SIZES = {F8: 8, F4: 4, I1: 1, U1: 1, I2: 2, U2: 2, I4: 4, U4: 4, I8: 8, U8: 8, BOOLEAN2: 4, BOOLEAN3: 1}
-
-# Kinds of metrics.
-EXTREMES, ENVELOPE, OUTSIDE, SQUARE = range(4)
 
 # Operations of a program: pairs of a code and what it works on. 2: reals, steps of FMI 2.0; KEEP: what has been set, to the bus;
 # AGAIN: what has been set before the event.

@@ -13,13 +13,14 @@ from shaper_fmu.master.fmu import event_output
 from shaper_fmu.master.guards import causes_of_inputs
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.linear_inputs import LinearInputs, lay_out, linear_inputs
-from shaper_fmu.master.metrics import Metric, metric_rows, metric_variables
+from shaper_fmu.master.metrics import metric_rows, metric_variables
 from shaper_fmu.master.operations import Operations
 from shaper_fmu.master.signals import Table
 from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.transfer_writer import Operation, TransferWriter
 from shaper_fmu.master.variables import items_of, kind_of
 from shaper_fmu.master.wiring import Port
+from shaper_fmu.metrics.metric import Metric
 
 
 class Program:

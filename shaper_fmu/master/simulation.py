@@ -25,7 +25,7 @@ from shaper_fmu.master.events import Treatment, treat_events
 from shaper_fmu.master.faults import fault_error, warning_notes
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.loops import solve_loops
-from shaper_fmu.master.metrics import Metric, check_metrics, metric_values
+from shaper_fmu.master.metrics import check_metrics, metric_values
 from shaper_fmu.master.notes import coupling_notes, system_notes
 from shaper_fmu.master.process_state import Kept, Share, keeping, process_notes, put_back
 from shaper_fmu.master.program import Program
@@ -35,6 +35,7 @@ from shaper_fmu.master.step_control import StepControl
 from shaper_fmu.master.step_notes import step_notes, time_scales
 from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.wiring import Port
+from shaper_fmu.metrics.metric import Metric
 
 _MOST_STEPS = 1e8
 _CHUNK_SECONDS = 0.1
@@ -48,7 +49,7 @@ class Simulation:
     """Live instances of a system, to be run once or, by `reset`, many times. Close it, or use it in a with statement.
 
     `record` names the variables to record ("instance.variable"); all outputs if None. `metrics` are computed while the
-    system is stepped (see metrics.py): with record=[] no trajectory is kept. Raises ModelError if the system has a problem,
+    system is stepped (see shaper_fmu/metrics): with record=[] no trajectory is kept. Raises ModelError if the system has a problem,
     SimulationError if an FMU cannot be instantiated.
     """
 

@@ -32,8 +32,8 @@ def find_methods(package: str, group: str, kind: type[M], reserved: Mapping[str,
     `reserved` are items of the enumeration that are no methods. Raises
     ComponentError for a module that cannot be loaded, and for names and numbers that are used twice.
     """
-    own = [one for module in _modules(package) for one in _records(module, kind)]
-    foreign = [one for module in _announced(group) for one in _records(module, kind)]
+    own = [one for module in modules_of(package) for one in _records(module, kind)]
+    foreign = [one for module in announced_modules(group) for one in _records(module, kind)]
     methods = {id(one.record): one for one in reversed([*own, *foreign])}  # once each, where it was found first
     found = sorted(methods.values(), key=lambda one: one.record.number)
     own_records = {id(one.record) for one in own}
@@ -48,12 +48,14 @@ def find_methods(package: str, group: str, kind: type[M], reserved: Mapping[str,
     return found
 
 
-def _modules(package: str) -> Iterator[ModuleType]:
+def modules_of(package: str) -> Iterator[ModuleType]:
+    """The modules in a package's folder."""
     for entry in pkgutil.iter_modules(importlib.import_module(package).__path__, f"{package}."):
         yield importlib.import_module(entry.name)
 
 
-def _announced(group: str) -> Iterator[ModuleType]:
+def announced_modules(group: str) -> Iterator[ModuleType]:
+    """The modules that entry points of a group name. Raises ComponentError for one that cannot be loaded."""
     for point in sorted(entry_points(group=group), key=lambda p: (p.name, p.value)):
         try:
             yield importlib.import_module(point.module)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from shaper_fmu.export.build import fmu_path
-from shaper_fmu.master.metrics import Final
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
+from shaper_fmu.metrics.final import Final
 
 
 @dataclass(frozen=True)

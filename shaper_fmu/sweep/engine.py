@@ -159,7 +159,7 @@ def job_of(study: Study, loaded: SspSystem) -> Job:
     for name in (*study.vary, *[name for values in study.compare.values() for name in values]):
         _give_start_value(system, name)
     plan = study.batch_plan(loaded.structure.start_time or 0.0)
-    return Job(system, plan, study.master_metrics(), study.compare, tuple(study.vary), study.time_limit)
+    return Job(system, plan, study.metrics, study.compare, tuple(study.vary), study.time_limit)
 
 
 def _give_start_value(system: System, name: str) -> None:

@@ -15,9 +15,9 @@ import numpy as np
 
 from shaper_fmu.errors import ShaperFmuError, SimulationError
 from shaper_fmu.master.batch import Batch, Plan
-from shaper_fmu.master.metrics import Metric
 from shaper_fmu.master.once import OccupiedError
 from shaper_fmu.master.system import System
+from shaper_fmu.metrics.metric import Metric
 from shaper_fmu.sweep.plan import Value
 from shaper_fmu.sweep.store import Outcome, Task
 

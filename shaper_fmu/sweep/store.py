@@ -22,6 +22,7 @@ import msgspec
 import numpy as np
 
 from shaper_fmu.errors import StudyError
+from shaper_fmu.metrics.known import METRICS
 from shaper_fmu.sweep.plan import Value
 from shaper_fmu.sweep.store_file import StoreLock, open_to_read, words_for
 from shaper_fmu.sweep.study import Study
@@ -196,6 +197,10 @@ class Store:
             study = msgspec.json.decode(text, type=Study)
             _ = study.points
         except (msgspec.DecodeError, UnicodeDecodeError, StudyError) as error:
+            strange = _unknown_kinds(text)
+            if strange:
+                words = f"its metrics of the kind {', '.join(strange)} are not known here; install the package that adds them"
+                raise StudyError(f"{self.path}: {words}") from None
             raise StudyError(f"{self.path}: the store is damaged: its study cannot be read ({error})") from None
         study.folder = self._value("folder") or ""
         return study
@@ -344,6 +349,15 @@ class Store:
         """Plan the failed runs again; their number."""
         with self._told(), self._database:
             return self._database.execute("DELETE FROM run WHERE status = 'failed'").rowcount
+
+
+def _unknown_kinds(text: str) -> list[str]:
+    """The kinds of metrics in a study that no installed package knows."""
+    try:
+        metrics = json.loads(text)["metrics"].values()
+        return list(dict.fromkeys(metric["kind"] for metric in metrics if metric["kind"] not in METRICS))
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return []
 
 
 def column_names(study: Study) -> dict[str, str]:

@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 
 from shaper_fmu.errors import ModelError, StudyError, nearest
 from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.master.batch import Plan
-from shaper_fmu.master.metrics import Metric, check_metrics, metric_variables
+from shaper_fmu.master.metrics import check_metrics, metric_variables
 from shaper_fmu.master.signals import Interpolation
-from shaper_fmu.sweep.measures import Envelope, Measure, Residual
+from shaper_fmu.metrics.known import GROUP, METRICS, AnyMetric
 from shaper_fmu.sweep.plan import KINDS, MOST_RUNS, Points, Sampling, Value
 from shaper_fmu.sweep.variation import Vary
 
@@ -59,7 +60,7 @@ class Study(msgspec.Struct, forbid_unknown_fields=True, dict=True):
     stop_time: float
     step: float
     vary: dict[str, Vary]
-    metrics: dict[str, Measure]
+    metrics: dict[str, AnyMetric]
     compare: dict[str, dict[str, float | bool | str]] = msgspec.field(default_factory=lambda: {"all": {}})
     plan: Sampling = msgspec.field(default_factory=Sampling)
     algorithm: Algorithm = "jacobi"
@@ -91,10 +92,6 @@ class Study(msgspec.Struct, forbid_unknown_fields=True, dict=True):
         case, point = divmod(number, self.points.count)
         return list(self.compare)[case], self.points.point(point)
 
-    def master_metrics(self) -> dict[str, Metric]:
-        """The metrics as the master knows them."""
-        return {name: measure.metric() for name, measure in self.metrics.items()}
-
     def batch_plan(self, start_time: float) -> Plan:
         """What all runs have in common."""
         return Plan(
@@ -104,15 +101,15 @@ class Study(msgspec.Struct, forbid_unknown_fields=True, dict=True):
 
     def recorded(self) -> list[str]:
         """The variables that the metrics need."""
-        return metric_variables(self.master_metrics())
+        return metric_variables(self.metrics)
 
     def commands(self) -> list[str]:
         """The commands whose ends metrics wait for."""
-        return list(dict.fromkeys(m.command for m in self.metrics.values() if isinstance(m, Residual | Envelope)))
+        return list(dict.fromkeys(command for m in self.metrics.values() if (command := m.needs().command)))
 
     def as_json(self) -> str:
         """The study's content, the same text for the same study wherever it lies."""
-        content = msgspec.to_builtins(self)
+        content = _plain(self)
         del content["folder"]
         return json.dumps(content)
 
@@ -138,7 +135,13 @@ def read_study(path: Path | str) -> Study:
 
 def check_study(study: Study) -> None:
     """Raise StudyError for a study that makes no sense, whatever its system."""
-    _check_numbers("", msgspec.to_builtins(study))
+    _check_kinds(study)
+    content = _plain(study)
+    try:
+        msgspec.convert(content, Study)  # as it will be read from the store
+    except msgspec.ValidationError as error:
+        raise StudyError(str(error)) from None
+    _check_numbers("", content)
     if not study.compare or not study.vary or not study.metrics:
         raise StudyError("a study needs at least one entry in each of [vary], [compare] and [metrics]")
     if study.plan.kind not in KINDS:
@@ -159,7 +162,7 @@ def check_study(study: Study) -> None:
         if told is not None and (not told.strip() or "\0" in told):
             raise StudyError(f"{name} = {told!r} must be a text that is not empty, without NUL")
     for name, measure in study.metrics.items():
-        for key in measure.__struct_fields__:
+        for key in measure.fields():
             told = getattr(measure, key)
             if isinstance(told, str) and (not told.strip() or "\0" in told):
                 raise StudyError(f"metrics.{name}.{key} = {told!r} must be the name of a variable")
@@ -170,7 +173,7 @@ def check_study(study: Study) -> None:
             raise StudyError(f"metric {name!r}: this name is a column of the store's own; reserved are {', '.join(RESERVED)}")
     if len(study.vary) + len(study.metrics) > _MOST_COLUMNS:
         raise StudyError(f"{len(study.vary)} start values and {len(study.metrics)} metrics are more than {_MOST_COLUMNS} columns")
-    check_metrics(study.master_metrics())
+    check_metrics(study.metrics)
     if study.refine is not None:
         _check_refine(study, study.refine)
     # factors may be of the system's own value, which is not known yet
@@ -178,6 +181,27 @@ def check_study(study: Study) -> None:
     if known and study.count > MOST_RUNS:
         words = f"{study.points.count} points of {len(study.compare)} cases are {study.count} runs"
         raise StudyError(f"plan: {words}, too many ({MOST_RUNS} at most)")
+
+
+def _plain(study: Study) -> dict[str, Any]:
+    """The study as dictionaries, lists, numbers and texts; NumPy's, which Python code may give, as Python's."""
+    return msgspec.to_builtins(study, enc_hook=_plain_number)
+
+
+def _plain_number(value: object) -> object:
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise StudyError(f"{value!r} is nothing that a study can hold")
+
+
+def _check_kinds(study: Study) -> None:
+    """Raise an error for a metric that is none, or whose study could be run but not read again."""
+    check_metrics(study.metrics)
+    for name, measure in study.metrics.items():
+        kind = type(measure)
+        if METRICS.get(kind.kind()) is not kind:
+            words = f"metric {name!r} is of the class {kind.__name__} of {kind.__module__}, which no entry point of {GROUP} names"
+            raise StudyError(f"{words}: who reads the store would not find it (see docs/extending.md)")
 
 
 def _check_numbers(where: str, value: object) -> None:
@@ -265,6 +289,6 @@ def _fields_at(place: str) -> list[str]:
         return list(Study.__struct_fields__)
     kinds: dict[str, tuple[str, ...]] = {".vary": Vary.__struct_fields__, ".plan": Sampling.__struct_fields__}
     kinds[".refine"] = Refine.__struct_fields__
-    measures = (field for kind in Measure.__args__ for field in kind.__struct_fields__)
+    measures = (key for metric in METRICS.values() for key in metric.fields())
     kinds[".metrics"] = tuple(dict.fromkeys(measures))
     return list(next((fields for start, fields in kinds.items() if place.startswith(start)), ()))

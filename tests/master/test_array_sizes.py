@@ -18,7 +18,7 @@ from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.algorithms import ALGORITHMS
 from shaper_fmu.master.batch import Batch, Plan
 from shaper_fmu.master.fmu import fmu_problems, load_fmu
-from shaper_fmu.master.metrics import Final
+from shaper_fmu.metrics.final import Final
 from shaper_fmu.ssp.archive import load_ssp
 
 ITEMS = '<EnumerationType name="Mode"><Item name="slow" value="1"/><Item name="fast" value="2"/><Item name="park" value="7"/></EnumerationType>'

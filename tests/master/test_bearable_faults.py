@@ -15,7 +15,7 @@ from shaper_fmu import Simulation, System
 from shaper_fmu.errors import ArchiveError, ModelError, SimulationError
 from shaper_fmu.master.batch import Batch, Plan
 from shaper_fmu.master.fmu import fmu_problems, load_fmu
-from shaper_fmu.master.metrics import Final
+from shaper_fmu.metrics.final import Final
 
 CASES = [(2, name) for name in FAULTS2] + [(3, name) for name in FAULTS3]
 

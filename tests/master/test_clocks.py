@@ -16,9 +16,9 @@ from shaper_fmu import System
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.batch import Batch, Plan
 from shaper_fmu.master.fmu import fmu_problems
-from shaper_fmu.master.metrics import Final
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
+from shaper_fmu.metrics.final import Final
 
 
 def sampled(clock: str, *, kind: str = "constant", interval: float = 0.0371, shift: float = 0.0123, **more: Any) -> System:

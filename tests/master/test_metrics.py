@@ -10,9 +10,15 @@ import pytest
 from shaper_fmu.analysis.response import command_end, residual_amplitude
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.batch import Batch, Plan
-from shaper_fmu.master.metrics import Effort, Envelope, Final, Overshoot, Peak, Residual, SettlingTime
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
+from shaper_fmu.metrics.effort import Effort
+from shaper_fmu.metrics.envelope import Envelope
+from shaper_fmu.metrics.final import Final
+from shaper_fmu.metrics.overshoot import Overshoot
+from shaper_fmu.metrics.peak import Peak
+from shaper_fmu.metrics.residual import Residual
+from shaper_fmu.metrics.settling_time import SettlingTime
 
 W, ZETA = 2.0 * math.pi, 0.1
 
@@ -111,8 +117,9 @@ def test_a_batch_gives_the_metrics_of_single_runs_to_the_bit_and_tells_what_fail
     ("metric", "words"),
     [
         (Peak("plant.positon"), "Did you mean 'position'"),
-        ("peak", "metric 'm' is 'peak'; use Final, Peak"),
+        ("peak", "metric 'm' is 'peak'; use .*Final, Overshoot, Peak"),
         (SettlingTime("plant.position", 1.0, 0.0), "metric 'm': 0.0 must be a positive number"),
+        (SettlingTime("plant.position", math.nan, 0.1), "metric 'm': nan must be a finite number"),
     ],
 )
 def test_wrong_metrics_are_refused(step_response, metric, words):

@@ -15,8 +15,8 @@ from shaper_fmu import System
 from shaper_fmu.errors import SimulationError
 from shaper_fmu.master.algorithms import ALGORITHMS
 from shaper_fmu.master.batch import Batch, Plan
-from shaper_fmu.master.metrics import Final
 from shaper_fmu.master.simulation import Simulation
+from shaper_fmu.metrics.final import Final
 from shaper_fmu.sweep.engine import run_study
 from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import read_study

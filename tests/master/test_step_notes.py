@@ -9,8 +9,8 @@ import pytest
 from shaper_fmu import System
 from shaper_fmu.errors import ModelError
 from shaper_fmu.master.batch import Batch, Plan
-from shaper_fmu.master.metrics import Final
 from shaper_fmu.master.simulation import Simulation
+from shaper_fmu.metrics.final import Final
 
 W = math.pi  # a period of 2 s
 

@@ -16,6 +16,7 @@ import pytest
 from sweep_cases import runs_of
 
 from shaper_fmu.design.method_tables import with_tables
+from shaper_fmu.errors import StudyError
 
 PAGE = (Path(__file__).parents[2] / "docs" / "extending.md").read_text()
 W, ZETA, LATE = 5.0, 0.05, 2
@@ -46,7 +47,7 @@ def folder(tmp_path_factory) -> Path:
     announced(place, points)
     files = [text for kind, text in blocks if kind == "python"]
     modules = [module for group in points.values() for module in group.values()]
-    assert len(files) == len(modules) == 3
+    assert len(files) == len(modules) == 4
     for module, text in zip(modules, files, strict=True):
         (place / f"{module}.py").write_text(text)
     return place
@@ -56,7 +57,11 @@ _WORK = f"""
 import json, math, sys
 from pathlib import Path
 
-from shaper_fmu import ModeBox, System, Wish, build_fmu, choose, find_component, profile, read_study, run_study, shaper
+from shaper_fmu import (
+    ModeBox, Residual, Simulation, Store, Study, System, Wish, build_fmu, choose, find_component, profile, read_study, run_study,
+    shaper,
+)
+from shaper_fmu.sweep.variation import Vary
 from shaper_fmu.design.pulses import pulses
 from shaper_fmu.sweep.engines import Serial
 
@@ -88,7 +93,7 @@ on_off = pulses("quick_pulse", {W})
 found["python"]["objects"] = [one.residual_vibration({W}, {ZETA}), law.duration, on_off.residual_vibration({W})]
 
 system = System("studied")
-system.add("shaper", "native/InputShaper.fmu", shaper="late_zv", natural_frequency=[{W}], damping_ratio=[{ZETA}])
+system.add("shaper", "native/InputShaper.fmu", shaper="late_zv", command={W * W}, natural_frequency=[{W}], damping_ratio=[{ZETA}])
 plant = build_fmu(find_component("MassSpringDamper"), "native", platforms=["this"])
 system.add("plant", plant, mass=1.0, stiffness={W * W}, damping={2 * ZETA * W})
 system.connect("shaper.shaped", "plant.force")
@@ -105,9 +110,36 @@ values = [0, 1, 2]
 [metrics.duration]
 kind = "final"
 output = "shaper.duration"
+
+[metrics.share]
+kind = "residual_share"
+output = "plant.position"
+command = "shaper.shaped"
+static_deflection = 1.0
 ''')
-counts = run_study(read_study(Path("study.toml")), Path("late.sqlite"), engine=Serial())
-found["sweep"] = counts
+found["sweep"] = run_study(read_study(Path("study.toml")), Path("late.sqlite"), engine=Serial())
+with Store("late.sqlite") as store:
+    found["late"] = [run.metrics for run in store.iterate()]
+
+from residual_share import ResidualShare
+from shaper_fmu.report.sweep.data import read_sweep
+from shaper_fmu.sweep.engine import engine_for, load_stored_system
+
+metrics = {{
+    "share": ResidualShare("plant.position", "shaper.shaped", static_deflection=2.0),
+    "residual": Residual("plant.position", "shaper.shaped"),
+}}
+with Simulation(system, record=[], metrics=metrics) as simulation:
+    found["single"] = simulation.run(4.0, 0.01, start_values={{"shaper.shaper": "none"}}).metrics
+study = Study(
+    name="shares", system="studied.ssp", stop_time=4.0, step=0.01, metrics=metrics,
+    vary={{"plant.damping": Vary(values=[0.0, {2 * ZETA * W}])}}, compare={{"unshaped": {{"shaper.shaper": "none"}}}},
+)
+run_study(study, Path("shares.sqlite"), engine=engine_for(2))
+with Store("shares.sqlite") as store:
+    found["resumed"] = store.study().metrics == metrics
+    found["shares"] = [run.metrics for run in store.iterate()]
+    found["shown"] = read_sweep(store, load_stored_system(store)).quantities["share"].shown(0.25)
 
 choice = choose([ModeBox.around({W}, {ZETA})], Wish(tolerance=0.2, kinds=("late_zv",)), floor=False)
 found["tune"] = [choice.recommended.name, choice.recommended.start_values()]
@@ -138,10 +170,58 @@ def test_python_makes_objects_of_them(found):
     assert found["python"]["objects"] == pytest.approx([0.0, 35 / 16 / 0.7, 0.0], abs=1e-12)
 
 
-def test_a_sweep_varies_the_shapers_own_parameter(found, folder):
+def test_a_sweep_varies_the_shapers_own_parameter(found):
     assert found["sweep"] == {"done": 3}
-    durations = [run.metrics["duration"] for run in runs_of(folder / "late.sqlite")]
+    durations = [run["duration"] for run in found["late"]]
     assert durations == pytest.approx([(n + 0.5) * 2 * math.pi / (W * math.sqrt(1 - ZETA**2)) for n in range(3)], rel=1e-12)
+
+
+def test_a_metric_is_in_simulations_and_studies_beside_the_public_ones(found):
+    """Half the way from 0 to the first peak 1 + exp(-pi zeta / sqrt(1 - zeta^2)) of a step response, of a deflection of 2.
+
+    The peak is missed by (w h)^2 / 8 of the swing at most.
+    """
+    expected = [(1.0 + math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2))) / 4.0 for zeta in (0.0, ZETA)]
+    shares = [run["share"] for run in found["shares"]]
+    assert shares == pytest.approx(expected, abs=2e-4)
+    assert [run["residual"] / 2.0 for run in found["shares"]] == shares
+    assert found["single"] == found["shares"][1]
+    assert found["resumed"]
+    assert found["shown"] == "25 %"
+
+
+def test_a_study_file_names_it_as_ours(found):
+    """Late by whole periods, ZV leaves nothing but what edges between communication points do: w h / 2 each at most."""
+    assert all(run["share"] < 0.5 * W * 0.01 for run in found["late"])
+
+
+def test_a_store_with_a_metric_that_is_not_installed_says_so(found, folder):
+    with pytest.raises(StudyError, match="metrics of the kind residual_share are not known here; install the package"):
+        runs_of(folder / "shares.sqlite")
+
+
+METRIC = """
+from shaper_fmu.metrics.metric import Metric
+
+class X(Metric, tag="{tag}", frozen=True):
+    def values(self, gathered):
+        return gathered["last"]
+"""
+
+
+@pytest.mark.parametrize(
+    ("tag", "words"),
+    [
+        ("peak", "wrong: the metric X is of the kind 'peak', as is Peak in shaper_fmu.metrics.peak"),
+        ("my metric", "wrong: the metric X is of the kind 'my metric', which must be one word"),
+    ],
+)
+def test_wrong_metrics_are_refused_in_clear_words(tmp_path, tag, words):
+    (tmp_path / "wrong.py").write_text(METRIC.format(tag=tag))
+    announced(tmp_path, {"shaper_fmu.metrics": {"wrong": "wrong"}})
+    done = python(tmp_path, "import shaper_fmu.sweep.study")
+    assert done.returncode == 1
+    assert words in done.stderr.splitlines()[-1], done.stderr
 
 
 def test_tune_chooses_among_them(found):
@@ -208,7 +288,7 @@ def test_a_module_that_cannot_be_loaded_is_named(tmp_path):
     assert "entry point gone = no_such_module of shaper_fmu.profiles cannot be loaded" in done.stderr.splitlines()[-1]
 
 
-@pytest.mark.parametrize("name", ["shapers.md", "commands.md"])
+@pytest.mark.parametrize("name", ["shapers.md", "commands.md", "sweeps.md"])
 def test_the_tables_of_the_docs_are_those_of_the_records(name):
     """After a change: python -m shaper_fmu.design.method_tables docs/*.md"""
     page = (Path(__file__).parents[2] / "docs" / name).read_text()

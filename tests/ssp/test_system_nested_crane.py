@@ -10,12 +10,12 @@ import pytest
 from test_cli import command
 
 from shaper_fmu.archives import read_archive, write_archive
+from shaper_fmu.metrics.peak import Peak
 from shaper_fmu.ssp.archive import load_ssp, pack_ssp, read_variant, variants
 from shaper_fmu.ssp.check import check_ssp
 from shaper_fmu.ssp.names import VERSIONS
 from shaper_fmu.ssp.parameter_sets import apply_parameter_set, parameter_set_problems
 from shaper_fmu.sweep.engine import run_study
-from shaper_fmu.sweep.measures import Peak
 from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import Study
 from shaper_fmu.sweep.variation import Vary

@@ -9,7 +9,7 @@ from linear_fmus import faulty, linear_fmu, matrices
 
 from shaper_fmu import System, experiment
 from shaper_fmu.master.batch import Batch, Plan
-from shaper_fmu.master.metrics import Final
+from shaper_fmu.metrics.final import Final
 
 MODES = {"w1": 3.0, "z1": 0.05, "w2": 8.0, "z2": 0.1, "b2": 5.0}
 

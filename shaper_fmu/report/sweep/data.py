@@ -16,7 +16,6 @@ from shaper_fmu.errors import ModelError
 from shaper_fmu.master.system import System
 from shaper_fmu.page.figures import label
 from shaper_fmu.ssp.archive import SspSystem
-from shaper_fmu.sweep.measures import Overshoot, SettlingTime
 from shaper_fmu.sweep.plan import SAMPLED, Value
 from shaper_fmu.sweep.store import Run, Store
 from shaper_fmu.sweep.study import Study
@@ -247,8 +246,6 @@ def _numbers(vary: Vary, axis: Axis) -> dict[Value, int]:
 
 def _quantity(name: str, study: Study, system: System) -> Quantity:
     measure = study.metrics[name]
-    if isinstance(measure, Overshoot):
-        return Quantity(name, "%", 100.0)
-    if isinstance(measure, SettlingTime):
-        return Quantity(name, "s", 1.0)
+    if measure.unit:
+        return Quantity(name, measure.unit, measure.factor)
     return Quantity(name, *system.display_unit(system.ports([measure.output])[0]))

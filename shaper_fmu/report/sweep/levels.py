@@ -8,7 +8,6 @@ import numpy as np
 
 from shaper_fmu.page.figures import label
 from shaper_fmu.report.sweep.data import SweepData
-from shaper_fmu.sweep.measures import Overshoot
 
 TOLERATED = 0.05
 """The level, as a share of the reference's metric, where the study's refinement names no other one."""
@@ -53,7 +52,7 @@ def judged(data: SweepData, metric: str) -> Judged:
         return Judged(data.relative(metric), level, f"{100.0 * level:.4g} % of {study.reference}", axis, "%", 100.0, cases)
     if refined is not None:
         level, words = refined, quantity.shown(refined)
-    elif isinstance(study.metrics[metric], Overshoot):
+    elif study.metrics[metric].unit == "%":
         level, words = TOLERATED, f"{100.0 * TOLERATED:g} %"
     else:
         finite = values[np.isfinite(values)]

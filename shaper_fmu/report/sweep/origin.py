@@ -54,9 +54,9 @@ def plan_table(data: SweepData) -> Table:
         told = ", ".join(f"{name} = {_number(value)}" for name, value in values.items()) or "the system as it is"
         rows.append([f"case: {case}" + (" (reference)" if case == study.reference else ""), told])
     for name, measure in study.metrics.items():
-        kind = type(measure).__struct_config__.tag
-        told = {key: getattr(measure, key) for key in measure.__struct_fields__}
-        rows.append([f"metric: {name}", f"{kind}: " + ", ".join(f"{key} = {_number(value)}" for key, value in told.items())])
+        told = {key: getattr(measure, key) for key in measure.fields()}
+        values = ", ".join(f"{key} = {_number(value)}" for key, value in told.items())
+        rows.append([f"metric: {name}", f"{measure.kind()}: {values}"])
     if study.refine is not None:
         refine = study.refine
         rows.append(["refined", f"{refine.metric} at {refine.level:g}, to intervals of {refine.width:g}"])

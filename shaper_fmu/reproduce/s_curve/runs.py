@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 
 from shaper_fmu.export.build import fmu_path
-from shaper_fmu.master.metrics import Final, Peak
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
+from shaper_fmu.metrics.final import Final
+from shaper_fmu.metrics.peak import Peak
 
 MODES = 5
 STEPS = 2880

@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 
 from shaper_fmu.export.build import fmu_path
-from shaper_fmu.master.metrics import Final, Peak
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
+from shaper_fmu.metrics.final import Final
+from shaper_fmu.metrics.peak import Peak
 from shaper_fmu.reproduce.two_part.runs import (
     COMMANDS,
     DAMPING_RATIO,

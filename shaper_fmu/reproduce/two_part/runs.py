@@ -14,10 +14,11 @@ import numpy as np
 from scipy.optimize import brentq
 
 from shaper_fmu.export.build import fmu_path
-from shaper_fmu.master.metrics import Final, Peak
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
+from shaper_fmu.metrics.final import Final
+from shaper_fmu.metrics.peak import Peak
 from shaper_fmu.reproduce.runs import OscillatorBench
 
 NATURAL_FREQUENCY = 5.5045

@@ -1,0 +1,107 @@
+"""What a metric tells about itself: a class in a file of its own.
+
+The compiled loop sees every macro step and both sides of every event, and gathers a few numbers of each run (`GATHERED`); a metric
+says of which variables and in which way (`Needs`), and makes its value of them.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, NamedTuple
+
+import msgspec
+import numpy as np
+
+# What the loop gathers besides the first and the last value.
+EXTREMES, ENVELOPE, OUTSIDE, SQUARE = range(4)
+
+GATHERED = np.dtype(
+    [
+        ("kind", "i4"),
+        ("place", "i4"),
+        ("command", "i4"),  # whose last change begins it; -1 for none
+        ("rate", "i4"),
+        ("parameter", "f8"),
+        ("rest", "f8"),
+        ("commanded", "f8"),
+        ("begin", "f8"),
+        ("time", "f8"),  # of the last value
+        ("first", "f8"),
+        ("last", "f8"),
+        ("largest", "f8"),
+        ("smallest", "f8"),
+        ("sum", "f8"),
+    ],
+    align=True,
+)
+"""A metric's numbers in the loop; `begin` and `time` are those of the first and the last value [s]."""
+
+
+class Needs(NamedTuple):
+    """What is to be gathered of the variable `output`, x: `largest` and `smallest`, and by `kind`
+
+    - EXTREMES: nothing else;
+    - ENVELOPE: `largest` is that of hypot(x - rest, rate / parameter), from 0 on;
+    - OUTSIDE: `sum` is the last time at which |x - rest| was above `parameter` [s];
+    - SQUARE: `sum` is the integral of x^2 over time, x held over the steps.
+
+    All begin anew at each change of the variable `command`. `parameter` has to be positive where it is used.
+    """
+
+    output: str
+    command: str = ""
+    rate: str = ""
+    parameter: float = 0.0
+    rest: float = 0.0
+    kind: int = EXTREMES
+
+    @property
+    def variables(self) -> list[str]:
+        """The variables, "instance.variable"."""
+        return [name for name in (self.output, self.command, self.rate) if name]
+
+
+class Metric(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind"):
+    """Base of all metrics: of the variable `output`, "instance.variable".
+
+    A metric is a class with a `tag`, its `kind` in study files; its fields are the keys there, in this order, and both are in
+    people's files and never change. The first line of its docstring is its row in the documentation.
+    """
+
+    output: str
+
+    unit: ClassVar[str] = ""
+    """The unit in which people see it; "" for that of the output. "%" is for shares, of which 5 % are tolerated."""
+
+    factor: ClassVar[float] = 1.0
+    """What people see is the value times this; used with a unit of its own."""
+
+    def needs(self) -> Needs:
+        """What is to be gathered."""
+        return Needs(self.output)
+
+    def values(self, gathered: np.ndarray) -> np.ndarray:
+        """The metric of each run, shape (n,), from what the loop has gathered, shape (n,), of type `GATHERED`."""
+        raise NotImplementedError
+
+    def unfinished(self, gathered: np.ndarray) -> np.ndarray:
+        """Whether the value of each run means nothing: a command that is measured from its end must have come to it."""
+        return (gathered["begin"] >= gathered["time"]) & bool(self.needs().command)
+
+    def problem(self, row: Any) -> str:
+        """Words for a run that is unfinished."""
+        return f"{self.needs().command} has not come to its end by t = {row['time']:g} s; run for longer"
+
+    @classmethod
+    def kind(cls) -> str:
+        """Its name in study files."""
+        return str(cls.__struct_config__.tag)
+
+    @classmethod
+    def fields(cls) -> tuple[str, ...]:
+        """Its keys in study files."""
+        return cls.__struct_fields__
+
+    @classmethod
+    def summary(cls) -> str:
+        """What it is, in a line."""
+        return (cls.__doc__ or "").partition("\n")[0].removesuffix(".")
