@@ -41,8 +41,11 @@ if TYPE_CHECKING:
     from shaper_fmu.report.tune.outputs import write_tuning
     from shaper_fmu.ssp.system import System
     from shaper_fmu.sweep.engine import run_study
+    from shaper_fmu.sweep.in_python import sweep_system
+    from shaper_fmu.sweep.plan import Sampling
     from shaper_fmu.sweep.store import Store
-    from shaper_fmu.sweep.study import Study, read_study
+    from shaper_fmu.sweep.study import Refine, Study, read_study
+    from shaper_fmu.sweep.variation import Vary
     from shaper_fmu.tune.choice.boxes import ModeBox, mode_boxes
     from shaper_fmu.tune.choice.choice import choose
     from shaper_fmu.tune.choice.result import Choice
@@ -82,8 +85,10 @@ __all__ = [
     "PlantModes",
     "Profile",
     "PulseSequence",
+    "Refine",
     "Residual",
     "Results",
+    "Sampling",
     "Selection",
     "SettlingTime",
     "ShaperFmuError",
@@ -93,6 +98,7 @@ __all__ = [
     "Study",
     "System",
     "Tuning",
+    "Vary",
     "Verification",
     "Wish",
     "build_fmu",
@@ -125,6 +131,7 @@ __all__ = [
     "shortest_duration",
     "specified_insensitivity",
     "step_response",
+    "sweep_system",
     "time_tolerance",
     "tolerated_band",
     "tune_measured",
