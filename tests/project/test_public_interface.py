@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -97,9 +98,11 @@ def test_every_public_python_name_is_importable():
 
 
 def test_the_readmes_python_runs(fmus, tmp_path):
-    blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(), re.MULTILINE | re.DOTALL)
+    text = (ROOT / "README.md").read_text()
+    blocks = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     assert len(blocks) == 2
     (tmp_path / "fmus").symlink_to(fmus)
     for block in blocks:
         done = subprocess.run([sys.executable, "-c", block], capture_output=True, text=True, cwd=tmp_path, timeout=900)
         assert done.returncode == 0, done.stderr
+        assert textwrap.indent(done.stdout, "    ") in text, "what the README says that it prints"
