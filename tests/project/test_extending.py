@@ -204,20 +204,23 @@ METRIC = """
 from shaper_fmu.metrics.metric import Metric
 
 class X(Metric, tag="{tag}", frozen=True):
+    {field}: str = ""
+
     def values(self, gathered):
         return gathered["last"]
 """
 
 
 @pytest.mark.parametrize(
-    ("tag", "words"),
+    ("tag", "field", "words"),
     [
-        ("peak", "wrong: the metric X is of the kind 'peak', as is Peak in shaper_fmu.metrics.peak"),
-        ("my metric", "wrong: the metric X is of the kind 'my metric', which must be one word"),
+        ("peak", "more", "wrong: the metric X is of the kind 'peak', as is Peak in shaper_fmu.metrics.peak"),
+        ("my metric", "more", "wrong: the metric X is of the kind 'my metric', which must be one word"),
+        ("length", "unit", "wrong: the metric X has a field 'unit', which every metric has for something else"),
     ],
 )
-def test_wrong_metrics_are_refused_in_clear_words(tmp_path, tag, words):
-    (tmp_path / "wrong.py").write_text(METRIC.format(tag=tag))
+def test_wrong_metrics_are_refused_in_clear_words(tmp_path, tag, field, words):
+    (tmp_path / "wrong.py").write_text(METRIC.format(tag=tag, field=field))
     announced(tmp_path, {"shaper_fmu.metrics": {"wrong": "wrong"}})
     done = python(tmp_path, "import shaper_fmu.sweep.study")
     assert done.returncode == 1
