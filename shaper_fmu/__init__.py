@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from shaper_fmu.design.shapers import shaper
     from shaper_fmu.design.specified_insensitivity import Band, specified_insensitivity
     from shaper_fmu.design.two_mode import direct_two_mode
-    from shaper_fmu.errors import ShaperFmuError
+    from shaper_fmu.errors import ArgumentError, ShaperFmuError
     from shaper_fmu.export.build import build_fmu, fmu_path
     from shaper_fmu.master.batch import Batch, Plan
     from shaper_fmu.master.results import Results
@@ -60,6 +60,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "NO_EVENT",
+    "ArgumentError",
     "Band",
     "Batch",
     "Calculated",

@@ -32,7 +32,7 @@ import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from shaper_fmu.errors import ComponentError, nearest
+from shaper_fmu.errors import ArgumentError, ComponentError, nearest
 
 NO_EVENT = 1e300
 """Value of `next_event_time` when nothing is pending [s]."""
@@ -343,13 +343,13 @@ class Component:
         self.left_limits = False
 
     def check_values(self, *causalities: str, when: str = "") -> None:
-        """Raise ComponentError for the first value outside its domain among variables of these causalities."""
+        """Raise ArgumentError for the first value outside its domain among variables of these causalities."""
         for variable in self.variables.values():
             if variable.causality in causalities:
                 for label, value in zip(variable.scalar_names, self._elements(variable), strict=True):
                     problem = variable.problem(label, value)
                     if problem:
-                        raise ComponentError(f"{type(self).__name__}: {variable.causality} {problem}{when}")
+                        raise ArgumentError(f"{type(self).__name__}: {variable.causality} {problem}{when}")
 
     def _elements(self, variable: Variable) -> list[Any]:
         value = getattr(self, variable.name)

@@ -19,6 +19,10 @@ class ComponentError(ShaperFmuError):
     """A component is declared wrongly, or was given a value or a sequence of calls that it cannot serve."""
 
 
+class ArgumentError(ComponentError, ValueError):
+    """A function was given a value outside of its domain, of another kind or shape, or values that do not go together."""
+
+
 class NoSolutionError(ComponentError):
     """The values are within their domains, but no command was found that does what they ask for."""
 

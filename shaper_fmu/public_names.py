@@ -7,7 +7,7 @@ _HOMES = {
     "design.mode_file": ["read_modes"],
     "analysis.vibration": ["damping_curve", "insensitivity", "relative_residual", "sensitivity_curve", "tolerated_band"],
     "component": ["NO_EVENT", "Calculated", "Component", "Input", "Local", "Output", "Parameter", "State", "time_tolerance"],
-    "errors": ["ShaperFmuError"],
+    "errors": ["ArgumentError", "ShaperFmuError"],
     "export.build": ["build_fmu", "fmu_path"],
     "master.batch": ["Batch", "Plan"],
     "metrics.effort": ["Effort"],

@@ -15,7 +15,7 @@ from shaper_fmu.analysis.vibration import tolerated_band
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.lp.layout import Band
 from shaper_fmu.design.specified_insensitivity import FARTHEST, TOLERANCES, WIDEST, check_bands, design
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ArgumentError
 
 _ROUNDING = 1e-9
 
@@ -31,12 +31,12 @@ def shortest_duration(insensitivity: float, tolerance: float = 0.05) -> float:
         tolerance: largest V [-], 0.001 to 0.5.
 
     Raises:
-        ComponentError: if an argument is outside of these limits.
+        ArgumentError: if an argument is outside of these limits.
     """
     if not 0.0 <= insensitivity <= WIDEST:
-        raise ComponentError(f"insensitivity {insensitivity:g}: the floor is known from 0 to {WIDEST:g}")
+        raise ArgumentError(f"insensitivity {insensitivity:g}: the floor is known from 0 to {WIDEST:g}")
     if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
-        raise ComponentError(f"tolerance {tolerance:g}: must be {TOLERANCES[0]:g} to {TOLERANCES[1]:g}")
+        raise ArgumentError(f"tolerance {tolerance:g}: must be {TOLERANCES[0]:g} to {TOLERANCES[1]:g}")
     half = 0.5 * float(insensitivity)
     return _shortest(1.0 - half, 1.0 + half, float(tolerance), 0.0) / (2.0 * math.pi)
 
@@ -62,7 +62,7 @@ def distance_to_floor(
         the band is wider than 1.5 of its mean frequency.
 
     Raises:
-        ComponentError: if the natural frequency is not positive, or tolerance or damping ratio are out of limits
+        ArgumentError: if the natural frequency is not positive, or tolerance or damping ratio are out of limits
             (0.001 to 0.5; 0 to 0.5).
     """
     check_bands([Band(natural_frequency, natural_frequency, tolerance, damping_ratio)])

@@ -29,7 +29,7 @@ import numpy as np
 
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.pulse_sequence import PulseSequence
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ArgumentError
 
 _ULPS = 16.0 * 2.0**-53
 """Relative error of a term, in which exp, cos and sin may be wrong by 4 units of the last place, and of each addition."""
@@ -80,7 +80,7 @@ def guarantee(
 ) -> Guarantee:
     """A bound of V (Singer and Seering 1990, as `residual_vibration` gives it) over a box, at most `tolerance` above V's maximum.
 
-    `natural_frequency` [rad/s] and `damping_ratio` are the box's low and high values, which may be equal. Raises ComponentError
+    `natural_frequency` [rad/s] and `damping_ratio` are the box's low and high values, which may be equal. Raises ArgumentError
     for a box outside 0 < w, 0 <= zeta < 1, for a command that is no sequence, and for a tolerance that is finer than rounding.
     """
     low, high = _interval("natural_frequency", natural_frequency, math.ulp(0.0), math.inf)
@@ -88,7 +88,7 @@ def guarantee(
     amplitudes, distances = _terms(command)
     rounding = _ULPS * (len(amplitudes) + 8.0) * (1.0 + high * float(distances[0])) * float(np.abs(amplitudes).sum())
     if not tolerance >= 16.0 * rounding:
-        raise ComponentError(f"tolerance = {tolerance:g} is finer than rounding allows here: at least {16.0 * rounding:.2g}")
+        raise ArgumentError(f"tolerance = {tolerance:g} is finer than rounding allows here: at least {16.0 * rounding:.2g}")
     phi = math.asin(light), math.asin(heavy)
     search = _Search(amplitudes, distances, tolerance - 8.0 * rounding)
     for edge in _edges((low, high), phi):
@@ -104,7 +104,7 @@ def _interval(name: str, given: tuple[float, float], least: float, limit: float)
     low, high = float(given[0]), float(given[1])
     if not least <= low <= high < limit:
         domain = "0 <= low <= high < 1" if limit == 1.0 else "0 < low <= high, finite"
-        raise ComponentError(f"{name} = ({low:g}, {high:g}) must be (low, high) with {domain}")
+        raise ArgumentError(f"{name} = ({low:g}, {high:g}) must be (low, high) with {domain}")
     return low, high
 
 
@@ -115,7 +115,7 @@ def _terms(command: ImpulseSequence | PulseSequence) -> tuple[np.ndarray, np.nda
     if isinstance(command, PulseSequence):
         jumps = np.diff([0.0, *command.levels]) / abs(command.levels[-1])
         return jumps, command.travel_time - np.array(command.switch_times)
-    raise ComponentError(f"a guarantee is for sequences of impulses and of pulses, not for {type(command).__name__}")
+    raise ArgumentError(f"a guarantee is for sequences of impulses and of pulses, not for {type(command).__name__}")
 
 
 def _edges(w: tuple[float, float], phi: tuple[float, float]) -> list[_Edge]:
@@ -137,7 +137,7 @@ class _Search:
         middle, half = np.array([0.5 * (edge.low + edge.high)]), np.array([0.5 * (edge.high - edge.low)])
         while middle.size:
             if middle.size > _MOST_CELLS:
-                raise ComponentError(f"a tolerance of {self._tolerance:g} needs more than {_MOST_CELLS} cells; give a larger one")
+                raise ArgumentError(f"a tolerance of {self._tolerance:g} needs more than {_MOST_CELLS} cells; give a larger one")
             width = half + 8.0 * np.spacing(np.abs(middle) + half)  # the cells overlap, so that rounding leaves no gap
             bounds = self._bounded(edge, middle, width)
             going_on = bounds > self.best + self._tolerance

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ArgumentError
 from shaper_fmu.shapers.convolution import convolve
 from shaper_fmu.shapers.sensitivity import insensitivity, residual_vibration
 
@@ -29,11 +29,11 @@ class ImpulseSequence:
         object.__setattr__(self, "amplitudes", tuple(float(a) for a in self.amplitudes))
         object.__setattr__(self, "delays", tuple(float(t) for t in self.delays))
         if len(self.amplitudes) != len(self.delays) or not self.delays:
-            raise ComponentError(f"{len(self.amplitudes)} amplitudes for {len(self.delays)} delays: each impulse needs both")
+            raise ArgumentError(f"{len(self.amplitudes)} amplitudes for {len(self.delays)} delays: each impulse needs both")
         if not all(map(math.isfinite, self.amplitudes + self.delays)):
-            raise ComponentError("amplitudes and delays must be finite numbers")
+            raise ArgumentError("amplitudes and delays must be finite numbers")
         if self.delays[0] != 0.0 or any(a > b for a, b in zip(self.delays, self.delays[1:], strict=False)):
-            raise ComponentError("delays must begin with 0 s and not decrease")
+            raise ArgumentError("delays must begin with 0 s and not decrease")
 
     @property
     def duration(self) -> float:

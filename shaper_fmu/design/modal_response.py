@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from shaper_fmu.analysis.decaying_sum import SHAPEABLE, DecayingSum
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ArgumentError
 
 ComplexArray = NDArray[np.complex128]
 Piece = tuple[float, float, float, ComplexArray]
@@ -101,7 +101,7 @@ class ModalResponse:
     def settling_time(self, shaper: ImpulseSequence, band: float) -> np.ndarray:
         """The time [s] after which each output stays within `band` > 0 times its final value of it, shape (m,)."""
         if not band > 0.0:
-            raise ComponentError(f"band = {band}: the settling band must be a positive share of the final value")
+            raise ArgumentError(f"band = {band}: the settling band must be a positive share of the final value")
         pieces = _pieces(self, shaper)[::-1]
         return np.array([_last_outside(self, pieces, j, band) for j in range(len(self.final))])
 
@@ -134,25 +134,23 @@ def _check(response: ModalResponse) -> None:
     """Raise ComponentError for numbers that make no stable response."""
     m, n = len(response.names), len(response.poles)
     if response.residues.shape != (m, n) or response.final.shape != (m,):
-        raise ComponentError(
+        raise ArgumentError(
             f"residues of shape {response.residues.shape} and {len(response.final)} final values do not fit {n} poles, {m} outputs"
         )
     if not m or not all(np.isfinite(v).all() for v in (response.poles, response.residues, response.final)):
-        raise ComponentError("a response needs at least one output, and finite poles, residues and final values")
+        raise ArgumentError("a response needs at least one output, and finite poles, residues and final values")
     for p in response.poles:
         if not p.real < 0.0:
-            raise ComponentError(
-                f"the pole {p:.6g} rad/s does not decay, so the response never settles; give damping to every mode"
-            )
+            raise ArgumentError(f"the pole {p:.6g} rad/s does not decay, so the response never settles; give damping to every mode")
         if p.imag < 0.0:
-            raise ComponentError(f"of a pair of poles give the one with a positive imaginary part, not {p:.6g} rad/s")
+            raise ArgumentError(f"of a pair of poles give the one with a positive imaginary part, not {p:.6g} rad/s")
     for name, final in zip(response.names, response.final, strict=True):
         if final == 0.0:
-            raise ComponentError(f"{name} returns to 0, so its residual has no measure; leave this output out")
+            raise ArgumentError(f"{name} returns to 0, so its residual has no measure; leave this output out")
 
 
 def modal_response(poles: Any, residues: Any, final: Any, names: Sequence[str] | None = None) -> ModalResponse:
-    """A `ModalResponse` from given modes; see there for the arguments. Raises ComponentError for what makes none."""
+    """A `ModalResponse` from given modes; see there for the arguments. Raises ArgumentError for what makes none."""
     values = np.array(final, float).reshape(-1)
     found = tuple(names) if names is not None else tuple(f"x{j + 1}" for j in range(len(values)))
     return ModalResponse(np.array(poles, complex), np.atleast_2d(np.array(residues, complex)), values, found)
@@ -166,19 +164,19 @@ def step_response(a: Any, b: Any, c: Any, names: Sequence[str] | None = None) ->
         b: shape (n,) or (n, 1).
         c: shape (m, n): a row for each output.
 
-    Poles that no output shows (residues below 1e-12 of the final value) are left out. Raises ComponentError for an unstable
+    Poles that no output shows (residues below 1e-12 of the final value) are left out. Raises ArgumentError for an unstable
     system, and for eigenvalues that coincide so closely that residues mean nothing.
     """
     a, c = np.array(a, float), np.atleast_2d(np.array(c, float))
     b = np.array(b, float).reshape(-1)
     if a.ndim != 2 or a.shape != (len(b), len(b)) or c.shape[1] != len(b):
-        raise ComponentError(f"a of shape {a.shape}, b of {b.shape} and c of {c.shape} do not belong together")
+        raise ArgumentError(f"a of shape {a.shape}, b of {b.shape} and c of {c.shape} do not belong together")
     eigenvalues, vectors = (np.asarray(found, np.complex128) for found in np.linalg.eig(a))
     if not (eigenvalues.real < 0.0).all():
         unstable = eigenvalues[np.argmax(eigenvalues.real)]
-        raise ComponentError(f"the system is not stable: it has the pole {unstable:.6g} rad/s, so its response does not settle")
+        raise ArgumentError(f"the system is not stable: it has the pole {unstable:.6g} rad/s, so its response does not settle")
     if np.linalg.cond(vectors) > 1e10:
-        raise ComponentError("eigenvalues coincide, so the response is no sum of modes; change a parameter a little")
+        raise ArgumentError("eigenvalues coincide, so the response is no sum of modes; change a parameter a little")
     shares = np.linalg.solve(vectors, b.astype(complex)) / eigenvalues  # e^(A t) A^-1 b, by modes
     kept = eigenvalues.imag >= 0.0
     residues = (c @ vectors) * shares * np.where(eigenvalues.imag > 0.0, 2.0, 1.0)

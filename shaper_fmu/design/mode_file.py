@@ -28,7 +28,7 @@ from pathlib import Path
 import msgspec
 
 from shaper_fmu.design.modal_response import ModalResponse, modal_response
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ArgumentError, ComponentError
 
 
 class _Mode(msgspec.Struct, forbid_unknown_fields=True):
@@ -42,12 +42,12 @@ class _Mode(msgspec.Struct, forbid_unknown_fields=True):
     def pole(self) -> complex:
         if self.decay_rate is not None:
             if self.natural_frequency is not None or self.damping_ratio is not None or self.phase is not None:
-                raise ComponentError("decay_rate goes with an amplitude alone")
+                raise ArgumentError("decay_rate goes with an amplitude alone")
             return complex(-self.decay_rate)
         if self.natural_frequency is None or self.damping_ratio is None:
-            raise ComponentError("give natural_frequency and damping_ratio, or decay_rate")
+            raise ArgumentError("give natural_frequency and damping_ratio, or decay_rate")
         if not (0.0 < self.natural_frequency < math.inf and 0.0 < self.damping_ratio < 1.0):
-            raise ComponentError(
+            raise ArgumentError(
                 f"natural_frequency = {self.natural_frequency:g} rad/s and damping_ratio = {self.damping_ratio:g} are outside "
                 "their domains > 0 and 0 < zeta < 1 (of an overdamped mode give the two decay rates)"
             )
@@ -56,21 +56,21 @@ class _Mode(msgspec.Struct, forbid_unknown_fields=True):
 
     def residues(self, outputs: int) -> list[complex]:
         if (self.amplitude is None) == (self.residue is None):
-            raise ComponentError("give either amplitude or residue")
+            raise ArgumentError("give either amplitude or residue")
         if self.residue is not None:
             if self.phase is not None:
-                raise ComponentError("phase goes with amplitude, not with residue")
+                raise ArgumentError("phase goes with amplitude, not with residue")
             found = [complex(real, imaginary) for real, imaginary in self.residue]
             if self.decay_rate is not None and any(r.imag for r in found):
-                raise ComponentError("the residues of a decay_rate are real")
+                raise ArgumentError("the residues of a decay_rate are real")
         else:
             amplitude = self.amplitude or []
             phase = self.phase if self.phase is not None else [0.0] * len(amplitude)
             if len(phase) != len(amplitude):
-                raise ComponentError(f"{len(phase)} phases for {len(amplitude)} amplitudes")
+                raise ArgumentError(f"{len(phase)} phases for {len(amplitude)} amplitudes")
             found = [cmath.rect(1.0, angle) * size for size, angle in zip(amplitude, phase, strict=True)]
         if len(found) != outputs:
-            raise ComponentError(f"{len(found)} amplitudes or residues for {outputs} outputs")
+            raise ArgumentError(f"{len(found)} amplitudes or residues for {outputs} outputs")
         return found
 
 
@@ -81,25 +81,25 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def read_modes(path: Path | str) -> ModalResponse:
-    """The response in a file; JSON if it is named so, else TOML. Raises ComponentError that tells what is wrong and where."""
+    """The response in a file; JSON if it is named so, else TOML. Raises ArgumentError that tells what is wrong and where."""
     path = Path(path)
     decode = msgspec.json.decode if path.suffix.lower() == ".json" else msgspec.toml.decode
     try:
         found = decode(path.read_bytes(), type=_File)
     except OSError as error:
-        raise ComponentError(f"{path}: {error.strerror or error}") from None
+        raise ArgumentError(f"{path}: {error.strerror or error}") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise ComponentError(f"{path}: {error}") from None
+        raise ArgumentError(f"{path}: {error}") from None
     if not found.modes:
-        raise ComponentError(f"{path}: there is no mode")
+        raise ArgumentError(f"{path}: there is no mode")
     poles, residues = [], []
     for number, mode in enumerate(found.modes, 1):
         try:
             poles.append(mode.pole())
             residues.append(mode.residues(len(found.final)))
         except ComponentError as error:
-            raise ComponentError(f"{path}: mode {number}: {error}") from None
+            raise ArgumentError(f"{path}: mode {number}: {error}") from None
     try:
         return modal_response(poles, list(zip(*residues, strict=True)), found.final, found.outputs)
     except ComponentError as error:
-        raise ComponentError(f"{path}: {error}") from None
+        raise ArgumentError(f"{path}: {error}") from None

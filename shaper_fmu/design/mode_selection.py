@@ -20,7 +20,7 @@ import numpy as np
 from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
 from shaper_fmu.design.modal_response import ModalResponse
 from shaper_fmu.design.shapers import shaper
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ArgumentError
 
 Objective = Literal["duration", "settling"]
 MOST_EXAMINED = 2000
@@ -95,13 +95,13 @@ def select_modes(
         options: vibration_tolerance and parameters of the shapers, see `shaper`.
 
     Equal to the best of all sets. With positive shapers, few sets are examined for the duration; else all of them are.
-    Raises ComponentError for values outside their domain, and if more than `MOST_EXAMINED` sets (for the settling time:
+    Raises ArgumentError for values outside their domain, and if more than `MOST_EXAMINED` sets (for the settling time:
     `MOST_IMPULSES` of all sets together) would have to be examined.
     """
     if not 0.0 < tolerance < 1.0:
-        raise ComponentError(f"tolerance = {tolerance} is outside its domain 0 < tolerance < 1")
+        raise ArgumentError(f"tolerance = {tolerance} is outside its domain 0 < tolerance < 1")
     if objective not in ("duration", "settling"):
-        raise ComponentError(f"there is no objective {objective!r}; use 'duration' or 'settling'")
+        raise ArgumentError(f"there is no objective {objective!r}; use 'duration' or 'settling'")
     search = _Search(response, distinct_kinds(kinds), options)
     if objective == "settling":
         return search.earliest_settling(tolerance)
@@ -111,7 +111,7 @@ def select_modes(
 def mode_sets(response: ModalResponse, kind: str = "zvd", **options: Any) -> list[ModeSet]:
     """All 2^n sets of the modes that can be shaped, each with this kind of shaper, by rising duration.
 
-    `options` are those of `shaper`. Raises ComponentError for sets of more than `MOST_IMPULSES` together.
+    `options` are those of `shaper`. Raises ArgumentError for sets of more than `MOST_IMPULSES` together.
     """
     search = _Search(response, distinct_kinds(kind), options)
     search.check_count()
@@ -142,7 +142,7 @@ class _Search:
         """Whether the residual is within the tolerance, for certain, but for rounding; `kinds` for each mode, any number."""
         self.examined += 1
         if self.examined > MOST_EXAMINED:
-            raise ComponentError(
+            raise ArgumentError(
                 f"more than {MOST_EXAMINED} sets of modes would have to be examined; give fewer modes or fewer kinds of shapers"
             )
         left = np.ones(len(self.response.poles), complex)
@@ -177,7 +177,7 @@ class _Search:
         """Raise ComponentError where all sets together are more, or have more impulses, than can be examined."""
         impulses = math.prod(1 + sum(len(one.delays) for one in found.values()) for found in self.shapers)
         if impulses > MOST_IMPULSES:
-            raise ComponentError(
+            raise ArgumentError(
                 f"all sets of {len(self.shapers)} modes have {impulses} impulses, more than the {MOST_IMPULSES} that are examined; "
                 "give fewer modes or fewer kinds of shapers"
             )
@@ -237,12 +237,12 @@ class _Search:
 
 
 def distinct_kinds(kinds: str | Sequence[str]) -> tuple[str, ...]:
-    """The kinds, each once. Raises ComponentError if there is none, or one that is no shaper."""
+    """The kinds, each once. Raises ArgumentError if there is none, or one that is no shaper."""
     found = tuple(dict.fromkeys([kinds] if isinstance(kinds, str) else kinds))
     if not found:
-        raise ComponentError("give at least one kind of shaper")
+        raise ArgumentError("give at least one kind of shaper")
     if "none" in found:
-        raise ComponentError("'none' is no kind of shaper to choose from: every mode may be left alone anyway")
+        raise ArgumentError("'none' is no kind of shaper to choose from: every mode may be left alone anyway")
     return found
 
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from shaper_fmu.analysis.vibration import relative_residual
 from shaper_fmu.commands.motion_profile import MotionProfile
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ArgumentError
 from shaper_fmu.kinds.profiles import PROFILES, ProfileKind, cruise_time, inner_event, inner_kink, span_of, unit_move, unit_peaks
 from shaper_fmu.profiles.limits import NO_LIMIT
 
@@ -103,7 +103,7 @@ class Profile:
         Gauss-Legendre quadrature on the smooth pieces, exact to rounding.
         """
         if not natural_frequency > 0.0 or not 0.0 <= damping_ratio < 1.0:
-            raise ComponentError(f"a mode needs w > 0 and 0 <= zeta < 1, not w = {natural_frequency}, zeta = {damping_ratio}")
+            raise ArgumentError(f"a mode needs w > 0 and 0 <= zeta < 1, not w = {natural_frequency}, zeta = {damping_ratio}")
         if self.duration == 0.0:
             return 1.0
         pole = natural_frequency * complex(-damping_ratio, math.sqrt(1.0 - damping_ratio * damping_ratio))
@@ -155,7 +155,7 @@ def profile(
     """The motion of a kind over a distance [m] in a duration [s]; without one, in the shortest that the limits permit.
 
     natural_frequency [rad/s] and damping_ratio are those of the mode that the profile shall leave at rest, where it can.
-    Limits in m/s and m/s2. Raises ComponentError for impossible input; it names the shortest possible duration.
+    Limits in m/s and m/s2. Raises ArgumentError for impossible input; it names the shortest possible duration.
     """
     component = MotionProfile(
         profile=kind,
@@ -180,5 +180,5 @@ def _shortest(component: MotionProfile) -> float:
     component.initialize()
     if component.shortest_duration == 0.0 and span_of(component.profile, 1.0) > 0.0:
         reason = "a move over no distance" if component.distance == 0.0 else "without max_velocity and max_acceleration"
-        raise ComponentError(f"MotionProfile: {reason} there is no shortest duration; give one")
+        raise ArgumentError(f"MotionProfile: {reason} there is no shortest duration; give one")
     return component.shortest_duration or 1.0

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 from shaper_fmu.analysis.vibration import relative_residual
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ArgumentError
 
 
 @dataclass(frozen=True)
@@ -30,13 +30,13 @@ class PulseSequence:
         object.__setattr__(self, "switch_times", tuple(float(t) for t in self.switch_times))
         object.__setattr__(self, "levels", tuple(float(level) for level in self.levels))
         if len(self.switch_times) != len(self.levels) or not self.levels:
-            raise ComponentError(f"{len(self.levels)} levels for {len(self.switch_times)} switch times: each switch needs both")
+            raise ArgumentError(f"{len(self.levels)} levels for {len(self.switch_times)} switch times: each switch needs both")
         if not all(map(math.isfinite, (*self.switch_times, *self.levels, self.travel_time))):
-            raise ComponentError("switch times, levels and the travel time must be finite numbers")
+            raise ArgumentError("switch times, levels and the travel time must be finite numbers")
         if any(b < a for a, b in zip((0.0, *self.switch_times), (*self.switch_times, self.travel_time), strict=True)):
-            raise ComponentError("switch times must not be negative nor decrease, and not lie after the travel time")
+            raise ArgumentError("switch times must not be negative nor decrease, and not lie after the travel time")
         if self.levels[-1] == 0.0:
-            raise ComponentError("the command must end at a level other than 0")
+            raise ArgumentError("the command must end at a level other than 0")
 
     @property
     def duration(self) -> float:
@@ -76,7 +76,7 @@ class PulseSequence:
 
 def _pole(natural_frequency: float, damping_ratio: float) -> complex:
     if not (natural_frequency > 0.0 and math.isfinite(natural_frequency)):
-        raise ComponentError(f"natural_frequency = {natural_frequency} rad/s must be a finite number greater than 0 rad/s")
+        raise ArgumentError(f"natural_frequency = {natural_frequency} rad/s must be a finite number greater than 0 rad/s")
     if not 0.0 <= damping_ratio < 1.0:
-        raise ComponentError(f"damping_ratio = {damping_ratio} must be at least 0 and less than 1")
+        raise ArgumentError(f"damping_ratio = {damping_ratio} must be at least 0 and less than 1")
     return natural_frequency * complex(-damping_ratio, math.sqrt(1.0 - damping_ratio * damping_ratio))

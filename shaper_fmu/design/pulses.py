@@ -7,7 +7,7 @@ from typing import Literal
 
 from shaper_fmu.commands.pulse_train import NO_DESIGN, SWITCHES, PulseTrain
 from shaper_fmu.design.pulse_sequence import PulseSequence
-from shaper_fmu.errors import ComponentError, NoSolutionError, nearest
+from shaper_fmu.errors import ArgumentError, NoSolutionError, nearest
 from shaper_fmu.kinds.pulses import FURTHER_PARAMETERS, PULSES, switches_of
 from shaper_fmu.pulses.minimax import BAND, NONE, minimax_switches
 from shaper_fmu.pulses.minimum_width import enforce_minimum_width
@@ -37,12 +37,12 @@ def pulses(
         minimum_pulse_width: pulses and gaps shorter than this [s] are left out.
         parameters: those that the designs declare.
 
-    Raises ComponentError for values outside their domains, NoSolutionError where there is no such command.
+    Raises ArgumentError for values outside their domains, NoSolutionError where there is no such command.
     """
     if kind not in PULSES:
-        raise ComponentError(f"there is no pulse design {kind!r}.{nearest(kind, PULSES)}")
+        raise ArgumentError(f"there is no pulse design {kind!r}.{nearest(kind, PULSES)}")
     if duration is None and PULSES[kind].timed:
-        raise ComponentError(f"{kind} needs a duration")
+        raise ArgumentError(f"{kind} needs a duration")
     given = {"frequency_ratio": frequency_ratio} if duration is None else {"duration": duration, "frequency_ratio": frequency_ratio}
     _check(natural_frequency, damping_ratio, **given, minimum_pulse_width=minimum_pulse_width)
     m = PulseTrain(
@@ -62,7 +62,7 @@ def pulses(
         m.switch_time, m.original_time = [0.0] * MOST_SWITCHES, [0.0] * MOST_SWITCHES
         count = switches_of(m.design, m, MOST_SWITCHES)
     if count < 0:
-        raise ComponentError(f"a frequency_ratio of {frequency_ratio:g} gives more than {MOST_SWITCHES} switches")
+        raise ArgumentError(f"a frequency_ratio of {frequency_ratio:g} gives more than {MOST_SWITCHES} switches")
     if count == 0:
         raise NoSolutionError(m.explain(NO_DESIGN + m.design))
     if not PULSES[kind].keeps_width:
@@ -81,7 +81,7 @@ def carrier_pulses(
     """The cycloid + ramped versine + ramp profile against a triangle carrier (Taskin, Kilic and Kapucu 2019).
 
     duration in s, natural_frequency in rad/s; the carrier's frequency is frequency_ratio times the damped one. Pulses and
-    gaps shorter than minimum_pulse_width [s] are left out. Raises ComponentError for values outside their domains.
+    gaps shorter than minimum_pulse_width [s] are left out. Raises ArgumentError for values outside their domains.
     """
     options = {"frequency_ratio": frequency_ratio, "minimum_pulse_width": minimum_pulse_width}
     return pulses("carrier", natural_frequency, damping_ratio, duration=duration, **options)
@@ -97,7 +97,7 @@ def polished_pulses(
 ) -> PulseSequence:
     """`carrier_pulses` with the smallest shifts of its switches that leave no vibration at all.
 
-    Raises ComponentError when no shift that keeps the switches in order and within the duration does that.
+    Raises ArgumentError when no shift that keeps the switches in order and within the duration does that.
     """
     options = {"frequency_ratio": frequency_ratio, "minimum_pulse_width": minimum_pulse_width}
     return pulses("carrier_polished", natural_frequency, damping_ratio, duration=duration, **options)
@@ -113,16 +113,16 @@ def minimax_pulses(
 ) -> PulseSequence:
     """Five switches: no vibration at natural_frequency [rad/s], and the smallest worst one within +-band around it.
 
-    duration in s. Raises ComponentError when no such command of this duration was found.
+    duration in s. Raises ArgumentError when no such command of this duration was found.
     """
     _check(natural_frequency, damping_ratio, duration=duration, minimum_pulse_width=minimum_pulse_width)
     if not 0.0 < band < 1.0:
-        raise ComponentError(f"band = {band} must be greater than 0 and less than 1")
+        raise ArgumentError(f"band = {band} must be greater than 0 and less than 1")
     times = [0.0] * 5
     if minimax_switches(times, duration, natural_frequency, damping_ratio, band) >= NONE:
         period = 2.0 * half_damped_period(natural_frequency, damping_ratio)
         shortest = unity_magnitude_pulses("zv", natural_frequency, damping_ratio).travel_time
-        raise ComponentError(
+        raise ArgumentError(
             f"no five-switch command without vibration takes {duration:g} s; possible are about {shortest:.6g} s "
             f"to {period:.6g} s, the damped period"
         )
@@ -136,10 +136,10 @@ def unity_magnitude_pulses(
 ) -> PulseSequence:
     """UM-ZV or UM-ZVD switch times, exact for the damping given (Singhose, Singer and Seering 1997).
 
-    natural_frequency in rad/s. Raises ComponentError for an unknown kind, or when the equations were not solved.
+    natural_frequency in rad/s. Raises ArgumentError for an unknown kind, or when the equations were not solved.
     """
     if kind not in ("zv", "zvd"):
-        raise ComponentError(f"kind = {kind!r} is neither 'zv' nor 'zvd'")
+        raise ArgumentError(f"kind = {kind!r} is neither 'zv' nor 'zvd'")
     return pulses(f"um_{kind}", natural_frequency, damping_ratio, minimum_pulse_width=minimum_pulse_width)
 
 
@@ -161,6 +161,6 @@ def _check(natural_frequency: float, damping_ratio: float, **values: float) -> N
     for name, value in {"natural_frequency": natural_frequency, **values}.items():
         least = "at least 0" if name == "minimum_pulse_width" else "greater than 0"
         if not math.isfinite(value) or value < 0.0 or (value == 0.0 and name != "minimum_pulse_width"):
-            raise ComponentError(f"{name} = {value} must be a finite number {least}")
+            raise ArgumentError(f"{name} = {value} must be a finite number {least}")
     if not 0.0 <= damping_ratio < 1.0:
-        raise ComponentError(f"damping_ratio = {damping_ratio} must be at least 0 and less than 1")
+        raise ArgumentError(f"damping_ratio = {damping_ratio} must be at least 0 and less than 1")

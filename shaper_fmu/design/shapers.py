@@ -9,7 +9,7 @@ import numpy as np
 
 from shaper_fmu.component import Parameter, Variable
 from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
-from shaper_fmu.errors import ComponentError, NoSolutionError, nearest
+from shaper_fmu.errors import ArgumentError, NoSolutionError, nearest
 from shaper_fmu.kinds.one_mode import design_mode
 from shaper_fmu.kinds.shapers import FURTHER_PARAMETERS, PARAMETERS, SOLVED_WITH, Shaper
 from shaper_fmu.methods.record import declare
@@ -46,7 +46,7 @@ def shaper(
         parameters: those that the kinds declare: negative_amplitude, size of the negative impulse of sna_zv, 0 < b <= 1;
             equal_impulses, number of impulses of miszv, 2 to 16.
 
-    Raises ComponentError for a value outside its domain, and when no such shaper exists.
+    Raises ArgumentError for a value outside its domain, and when no such shaper exists.
     """
     chosen = _kind(kind)
     frequencies = _numbers("natural_frequency", natural_frequency)
@@ -54,7 +54,7 @@ def shaper(
     if len(ratios) == 1:
         ratios = ratios * len(frequencies)
     if len(ratios) != len(frequencies):
-        raise ComponentError(f"{len(ratios)} damping ratios for {len(frequencies)} natural frequencies")
+        raise ArgumentError(f"{len(ratios)} damping ratios for {len(frequencies)} natural frequencies")
     given = _options({"vibration_tolerance": vibration_tolerance, **parameters})
     sequences: list[ImpulseSequence] = []
     for w, zeta in zip(frequencies, ratios, strict=True):
@@ -76,10 +76,10 @@ def shaper(
 
 
 def _options(given: dict[str, float]) -> dict[str, float]:
-    """The values given of `OPTIONS`. Raises ComponentError for an unknown name and a value outside its domain."""
+    """The values given of `OPTIONS`. Raises ArgumentError for an unknown name and a value outside its domain."""
     for name, value in given.items():
         if name not in OPTIONS:
-            raise ComponentError(f"a shaper has no parameter {name!r}.{nearest(name, OPTIONS)}")
+            raise ArgumentError(f"a shaper has no parameter {name!r}.{nearest(name, OPTIONS)}")
         variable = OPTIONS[name]
         _check(name, value, _is_of(variable, value), variable.domain)
     return given
@@ -98,7 +98,7 @@ def _numbers(name: str, value: Any) -> list[float]:
     except (TypeError, ValueError):
         values = []
     if not values:
-        raise ComponentError(f"{name} = {value!r}: give a number, or one for each mode")
+        raise ArgumentError(f"{name} = {value!r}: give a number, or one for each mode")
     return values
 
 
@@ -106,10 +106,10 @@ def _kind(kind: str | Shaper) -> Shaper:
     names = {item.name: item for item in Shaper if item != Shaper.custom}
     name = kind.name if isinstance(kind, Shaper) else kind
     if not isinstance(name, str) or name not in names:
-        raise ComponentError(f"there is no shaper {name!r}.{nearest(str(name), names)}")
+        raise ArgumentError(f"there is no shaper {name!r}.{nearest(str(name), names)}")
     return names[name]
 
 
 def _check(name: str, value: float, fine: bool, domain: str) -> None:
     if not fine:
-        raise ComponentError(f"{name} = {value} is outside its domain {domain}")
+        raise ArgumentError(f"{name} = {value} is outside its domain {domain}")

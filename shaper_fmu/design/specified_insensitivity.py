@@ -24,7 +24,7 @@ from shaper_fmu.design.lp.exchange import grid_solution, peaks, shortest_on_grid
 from shaper_fmu.design.lp.layout import Band, GeneralLayout, Layout, layout_for, to_sequence
 from shaper_fmu.design.lp.polish import band_constraints, polished, starting_point
 from shaper_fmu.design.lp.stationary import stationary
-from shaper_fmu.errors import ComponentError, NoSolutionError
+from shaper_fmu.errors import ArgumentError, NoSolutionError
 
 WIDEST = 1.5
 """Largest width of a band, relative to its mean frequency."""
@@ -62,7 +62,7 @@ def specified_insensitivity(
         1e-9 of the tolerance.
 
     Raises:
-        ComponentError: if an argument is out of its limits: width at most 1.5 of the mean frequency, frequencies of all
+        ArgumentError: if an argument is out of its limits: width at most 1.5 of the mean frequency, frequencies of all
             intervals within a factor of 30, at most 4 intervals; or if no such sequence was found.
     """
     every = [Band(float(low), float(high), float(tolerance), float(damping_ratio)), *(bands or ())]
@@ -74,21 +74,21 @@ def check_bands(bands: Sequence[Band]) -> None:
     """Raise ComponentError, with the limit in its text, for bands that are not served."""
     for band in bands:
         if not 0.0 < band.low <= band.high < math.inf:
-            raise ComponentError(f"frequencies {band.low:g} to {band.high:g} rad/s: must be positive, finite and not decrease")
+            raise ArgumentError(f"frequencies {band.low:g} to {band.high:g} rad/s: must be positive, finite and not decrease")
         width = 2.0 * (band.high - band.low) / (band.high + band.low)
         if width > WIDEST * (1.0 + 1e-12):
-            raise ComponentError(
+            raise ArgumentError(
                 f"the band from {band.low:g} to {band.high:g} rad/s has a width of {width:.4g} of its mean; limit: {WIDEST:g}"
             )
         if not TOLERANCES[0] <= band.tolerance <= TOLERANCES[1]:
-            raise ComponentError(f"tolerance {band.tolerance:g}: must be {TOLERANCES[0]:g} to {TOLERANCES[1]:g}")
+            raise ArgumentError(f"tolerance {band.tolerance:g}: must be {TOLERANCES[0]:g} to {TOLERANCES[1]:g}")
         if not 0.0 <= band.damping_ratio <= MOST_DAMPED:
-            raise ComponentError(f"damping ratio {band.damping_ratio:g}: must be 0 to {MOST_DAMPED:g}")
+            raise ArgumentError(f"damping ratio {band.damping_ratio:g}: must be 0 to {MOST_DAMPED:g}")
     if len(bands) > MOST_BANDS:
-        raise ComponentError(f"{len(bands)} bands; limit: {MOST_BANDS}")
+        raise ArgumentError(f"{len(bands)} bands; limit: {MOST_BANDS}")
     low, high = min(band.low for band in bands), max(band.high for band in bands)
     if high > FARTHEST * low:
-        raise ComponentError(f"frequencies from {low:g} to {high:g} rad/s are further apart than a factor of {FARTHEST:g}")
+        raise ArgumentError(f"frequencies from {low:g} to {high:g} rad/s are further apart than a factor of {FARTHEST:g}")
 
 
 def design(bands: Sequence[Band]) -> ImpulseSequence:

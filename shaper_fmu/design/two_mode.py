@@ -22,7 +22,7 @@ from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
 from shaper_fmu.design.lp.layout import GeneralLayout, Layout, layout_for, to_sequence
 from shaper_fmu.design.lp.polish import Constraints, polished
 from shaper_fmu.design.specified_insensitivity import FARTHEST, MOST_DAMPED
-from shaper_fmu.errors import ComponentError, NoSolutionError
+from shaper_fmu.errors import ArgumentError, NoSolutionError
 from shaper_fmu.shapers.zero_derivative import zero_derivative
 
 _ORDERS = {"zv": 0, "zvd": 1}
@@ -50,7 +50,7 @@ def direct_two_mode(
         The sequence; its certificate is the largest |S|, and for "zvd" |sum A_i w t_i exp(...)|, at both modes.
 
     Raises:
-        ComponentError: if an argument is out of these limits.
+        ArgumentError: if an argument is out of these limits.
     """
     modes = _checked(frequencies, damping_ratios, shaper)
     order = _ORDERS[shaper]
@@ -69,18 +69,18 @@ def direct_two_mode(
 
 def _checked(frequencies: Sequence[float], damping_ratios: Sequence[float], shaper: str) -> list[tuple[float, float]]:
     if shaper not in _ORDERS:
-        raise ComponentError(f"shaper {shaper!r}: must be one of {', '.join(_ORDERS)}")
+        raise ArgumentError(f"shaper {shaper!r}: must be one of {', '.join(_ORDERS)}")
     if len(frequencies) != 2 or len(damping_ratios) != 2:
-        raise ComponentError(f"{len(frequencies)} frequencies and {len(damping_ratios)} damping ratios: two of each are needed")
+        raise ArgumentError(f"{len(frequencies)} frequencies and {len(damping_ratios)} damping ratios: two of each are needed")
     modes = sorted((float(w), float(zeta)) for w, zeta in zip(frequencies, damping_ratios, strict=True))
     (low, _), (high, _) = modes
     if not all(0.0 < w < math.inf for w, _ in modes):
-        raise ComponentError(f"frequencies {low:g} and {high:g} rad/s: must be positive and finite")
+        raise ArgumentError(f"frequencies {low:g} and {high:g} rad/s: must be positive and finite")
     if not low * (1.0 + 1e-6) < high <= FARTHEST * low:
-        raise ComponentError(f"frequencies {low:g} and {high:g} rad/s: must differ, by a factor of {FARTHEST:g} at most")
+        raise ArgumentError(f"frequencies {low:g} and {high:g} rad/s: must differ, by a factor of {FARTHEST:g} at most")
     for _, zeta in modes:
         if not 0.0 <= zeta <= MOST_DAMPED:
-            raise ComponentError(f"damping ratio {zeta:g}: must be 0 to {MOST_DAMPED:g}")
+            raise ArgumentError(f"damping ratio {zeta:g}: must be 0 to {MOST_DAMPED:g}")
     return modes
 
 

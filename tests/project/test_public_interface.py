@@ -106,3 +106,23 @@ def test_the_readmes_python_runs(fmus, tmp_path):
         done = subprocess.run([sys.executable, "-c", block], capture_output=True, text=True, cwd=tmp_path, timeout=900)
         assert done.returncode == 0, done.stderr
         assert textwrap.indent(done.stdout, "    ") in text, "what the README says that it prints"
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: shaper_fmu.shaper("zvd", -1.0),
+        lambda: shaper_fmu.shaper("zvx", 5.0),
+        lambda: shaper_fmu.profile("cycloid", distance=1.0, duration=-1.0),
+        lambda: shaper_fmu.carrier_pulses(-1.0, 5.0, 0.1, 12.0),
+        lambda: shaper_fmu.direct_two_mode((5.0, -1.0), (0.1, 0.1)),
+        lambda: shaper_fmu.specified_insensitivity(-1.0, 5.0),
+        lambda: shaper_fmu.choose([]),
+        lambda: shaper_fmu.Wish(tolerance=-1.0),
+    ],
+)
+def test_wrong_arguments_are_value_errors(wrong):
+    """As Python's users expect, and one of the family, too."""
+    with pytest.raises(ValueError) as told:  # noqa: PT011 - every one has its own words, which its own test compares
+        wrong()
+    assert isinstance(told.value, shaper_fmu.ShaperFmuError)

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from shaper_fmu.design.lp.layout import Along, Band, Layout
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ArgumentError
 
 _GRID_PER_PERIOD = 48
 _SAMPLES_PER_HUMP = 12
@@ -142,7 +142,7 @@ class GridProgramme:
         total = np.concatenate((np.ones(n), [0.0]))[None]
         result = linprog(cost, matrix, np.zeros(len(matrix)), total, [1.0], method="highs")
         if result.x is None:
-            raise ComponentError(f"the linear programme of the shaper was not solved: {result.message}")
+            raise ArgumentError(f"the linear programme of the shaper was not solved: {result.message}")
         return result.x[:n], float(result.x[n]), -(matrix @ result.x), -result.ineqlin.marginals
 
     def _keep_near(self, slack: np.ndarray) -> None:
@@ -176,7 +176,7 @@ class _Trial:
 def shortest_on_grid(bands: Sequence[Band], layout: Layout, precision: float) -> tuple[float, np.ndarray, np.ndarray]:
     """Shortest feasible duration [s] to a relative precision, with the amplitudes and positions on the grid.
 
-    Raises ComponentError if no duration up to 64 periods of the lowest frequency is enough.
+    Raises ArgumentError if no duration up to 64 periods of the lowest frequency is enough.
     """
     found = grid_solution(bands, layout, precision)
     return found.duration, found.amplitudes, found.positions
@@ -199,7 +199,7 @@ def grid_solution(bands: Sequence[Band], layout: Layout, precision: float) -> Gr
         if long is None and found is None:
             short, duration = trial, _longer(short, trial)
             if duration > longest:
-                raise ComponentError(
+                raise ArgumentError(
                     f"no positive shaper of at most {_LONGEST:g} periods of the lowest frequency meets these tolerances"
                 )
             continue

@@ -84,7 +84,7 @@ def specified(
 
 
 def for_bands(boxes: Sequence[ModeBox], tolerance: float, nominal_tolerance: float | None = None) -> ImpulseSequence:
-    """The shortest positive sequence for the ranges of these modes, and for their nominal points. Raises ComponentError."""
+    """The shortest positive sequence for the ranges of these modes, and for their nominal points. Raises ArgumentError."""
     bands = _bands(boxes, [tolerance] * len(boxes))
     points: list[Band] = []
     if nominal_tolerance is not None and nominal_tolerance < tolerance:
@@ -133,7 +133,7 @@ def _points(boxes: Sequence[ModeBox], tolerances: Sequence[float]) -> list[Band]
 
 
 def _checked(bands: Sequence[Band], points: Sequence[Band]) -> ImpulseSequence:
-    """The shortest sequence for bands, of which a mode may have several. Raises ComponentError for more than is served."""
+    """The shortest sequence for bands, of which a mode may have several. Raises ArgumentError for more than is served."""
     known = [replace(one, tolerance=max(one.tolerance, TOLERANCES[0])) for one in (*bands, *points)]
     for one in known:
         check_bands([one])

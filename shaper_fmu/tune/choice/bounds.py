@@ -17,7 +17,7 @@ _PROOF_TOLERANCES = (1e-7, 1e-6, 1e-5, 1e-4)
 
 @lru_cache(maxsize=1024)
 def proven(sequence: ImpulseSequence, box: ModeBox) -> Guarantee:
-    """A bound of V over a box. Raises ComponentError for a command so long that its phase is lost in rounding."""
+    """A bound of V over a box. Raises ArgumentError for a command so long that its phase is lost in rounding."""
     for tolerance in _PROOF_TOLERANCES[:-1]:
         try:
             return guarantee(sequence, box.frequencies, box.dampings, tolerance=tolerance)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ArgumentError
 from shaper_fmu.tune.identify.range import ModeRange, PlantModes, Range
 
 _MOST_DAMPED = 0.95
@@ -38,11 +38,11 @@ class ModeBox:
         object.__setattr__(self, "amplitudes", tuple(float(a) for a in self.amplitudes))
         w, zeta = self.natural_frequency, self.damping_ratio
         if not 0.0 < w.low <= w.nominal <= w.high < math.inf:
-            raise ComponentError(f"natural frequency {w.low:g}, {w.nominal:g}, {w.high:g} rad/s: 0 < low <= nominal <= high")
+            raise ArgumentError(f"natural frequency {w.low:g}, {w.nominal:g}, {w.high:g} rad/s: 0 < low <= nominal <= high")
         if not 0.0 <= zeta.low <= zeta.nominal <= zeta.high < 1.0:
-            raise ComponentError(f"damping ratio {zeta.low:g}, {zeta.nominal:g}, {zeta.high:g}: 0 <= low <= nominal <= high < 1")
+            raise ArgumentError(f"damping ratio {zeta.low:g}, {zeta.nominal:g}, {zeta.high:g}: 0 <= low <= nominal <= high < 1")
         if not self.amplitudes or not all(0.0 <= a < math.inf for a in self.amplitudes):
-            raise ComponentError(f"amplitudes {self.amplitudes}: give at least one; they are finite and not negative")
+            raise ArgumentError(f"amplitudes {self.amplitudes}: give at least one; they are finite and not negative")
 
     @property
     def frequencies(self) -> tuple[float, float]:
@@ -77,7 +77,7 @@ class ModeBox:
     def widened(self, frequency_margin: float, damping_margin: float = 0.0) -> ModeBox:
         """The box from low (1 - margin) to high (1 + margin), of frequency and of damping ratio."""
         if not (0.0 <= frequency_margin < 1.0 and 0.0 <= damping_margin < math.inf):
-            raise ComponentError(f"margins {frequency_margin:g}, {damping_margin:g}: the frequency's is 0 to 1, both are positive")
+            raise ArgumentError(f"margins {frequency_margin:g}, {damping_margin:g}: the frequency's is 0 to 1, both are positive")
         w, zeta = self.natural_frequency, self.damping_ratio
         most = max(zeta.high, min(_MOST_DAMPED, zeta.high * (1.0 + damping_margin)))
         return replace(
@@ -146,9 +146,9 @@ def mode_boxes(plant: PlantModes, outputs: Sequence[str] | None = None, deviatio
 def shares(boxes: Sequence[ModeBox]) -> np.ndarray:
     """Each mode's share of the sum of all modes' amplitudes, for each case in which anything swings; shape (modes, cases)."""
     if len({len(box.amplitudes) for box in boxes}) != 1:
-        raise ComponentError(f"the modes have {', '.join(str(len(b.amplitudes)) for b in boxes)} amplitudes; each needs as many")
+        raise ArgumentError(f"the modes have {', '.join(str(len(b.amplitudes)) for b in boxes)} amplitudes; each needs as many")
     amplitudes = np.array([box.amplitudes for box in boxes])
     total = amplitudes.sum(axis=0)
     if not (total > 0.0).any():
-        raise ComponentError("no mode has an amplitude above 0: nothing vibrates, so that no shaper is needed")
+        raise ArgumentError("no mode has an amplitude above 0: nothing vibrates, so that no shaper is needed")
     return amplitudes[:, total > 0.0] / total[total > 0.0]

@@ -11,7 +11,7 @@ from typing import Any
 from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
 from shaper_fmu.design.shapers import shaper
 from shaper_fmu.design.two_mode import direct_two_mode
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ArgumentError, ComponentError
 from shaper_fmu.kinds.shapers import SHAPERS
 from shaper_fmu.tune.choice.bands import ROOM, specified
 from shaper_fmu.tune.choice.bounds import proven
@@ -90,7 +90,7 @@ class Design:
         return len(kinds) <= 1 and all(factor.kind in SHAPERS for factor in self.factors)
 
     def start_values(self) -> dict[str, Any]:
-        """Start values of an InputShaper that make it this shaper. Raises ComponentError for too many custom impulses."""
+        """Start values of an InputShaper that make it this shaper. Raises ArgumentError for too many custom impulses."""
         if not self.factors:
             return {"shaper": "none"}
         if self.by_kind:
@@ -102,7 +102,7 @@ class Design:
             }  # fmt: skip
         count = len(self.sequence.delays)
         if count > MOST_CUSTOM:
-            raise ComponentError(f"{self.name} has {count} impulses; a custom InputShaper takes {MOST_CUSTOM}")
+            raise ArgumentError(f"{self.name} has {count} impulses; a custom InputShaper takes {MOST_CUSTOM}")
         return {
             "shaper": "custom", "custom_impulses": count,
             "custom_amplitude": list(self.sequence.amplitudes), "custom_delay": list(self.sequence.delays),

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ArgumentError
 from shaper_fmu.tune.choice.bands import shortest
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.candidates import designs
@@ -24,11 +24,11 @@ def choose(modes: Sequence[ModeBox], wish: Wish | None = None, *, floor: bool = 
 
     Without `floor` it is not computed, which may save up to a second for several damped modes.
 
-    Raises ComponentError for no modes, and for modes of which none swings.
+    Raises ArgumentError for no modes, and for modes of which none swings.
     """
     wish = wish or Wish()
     if not modes:
-        raise ComponentError("there is no mode: nothing vibrates, so that no shaper is needed")
+        raise ArgumentError("there is no mode: nothing vibrates, so that no shaper is needed")
     boxes = tuple(box.widened(wish.frequency_margin, wish.damping_margin) for box in modes)
     found = designs(boxes, wish)
     search = Search(boxes, wish)

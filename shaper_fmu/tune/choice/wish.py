@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from shaper_fmu.errors import ComponentError, nearest
+from shaper_fmu.errors import ArgumentError, nearest
 from shaper_fmu.kinds.profiles import PROFILES as METHODS
 from shaper_fmu.kinds.shapers import SHAPERS
 from shaper_fmu.profiles.limits import NO_LIMIT
@@ -28,9 +28,9 @@ class Move:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.distance) and self.distance != 0.0):
-            raise ComponentError(f"a move over {self.distance:g} m: the distance must be finite and not 0")
+            raise ArgumentError(f"a move over {self.distance:g} m: the distance must be finite and not 0")
         if not (self.max_velocity > 0.0 and self.max_acceleration > 0.0):
-            raise ComponentError("limits of a move must be positive")
+            raise ArgumentError("limits of a move must be positive")
 
 
 @dataclass(frozen=True)
@@ -60,18 +60,18 @@ class Wish:
 
     def __post_init__(self) -> None:
         if not 0.0 < self.tolerance < 1.0:
-            raise ComponentError(f"tolerance = {self.tolerance:g} is outside its domain 0 < tolerance < 1")
+            raise ArgumentError(f"tolerance = {self.tolerance:g} is outside its domain 0 < tolerance < 1")
         if not 0.0 < self.nominal_tolerance <= 1.0:
-            raise ComponentError(
+            raise ArgumentError(
                 f"nominal_tolerance = {self.nominal_tolerance:g} is outside its domain 0 < nominal_tolerance <= 1 (1: no condition)"
             )
         if not self.longest_delay >= 0.0:
-            raise ComponentError(f"longest_delay = {self.longest_delay:g} s: it cannot be negative")
+            raise ArgumentError(f"longest_delay = {self.longest_delay:g} s: it cannot be negative")
         for kind in self.kinds or ():
             if kind not in KNOWN:
-                raise ComponentError(f"there is no shaper or profile {kind!r}.{nearest(kind, KNOWN)}")
+                raise ArgumentError(f"there is no shaper or profile {kind!r}.{nearest(kind, KNOWN)}")
             if kind in NEGATIVE and not self.allow_negative:
-                raise ComponentError(f"{kind} has negative impulses; allow them (allow_negative), or leave it out")
+                raise ArgumentError(f"{kind} has negative impulses; allow them (allow_negative), or leave it out")
 
     @property
     def nominal_asked(self) -> bool:

@@ -114,7 +114,7 @@ class Linearization:
         return tuple(sorted(found, key=lambda mode: mode.natural_frequency))
 
     def step_response(self) -> ModalResponse:
-        """The response to a unit step of the input. Raises ComponentError for systems that do not settle (see `step_response`)."""
+        """The response to a unit step of the input. Raises ArgumentError for systems that do not settle (see `step_response`)."""
         found = step_response(self.A, self.B, self.C, self.outputs)
         return replace(found, final=found.final + self.D[:, 0]) if self.D.any() else found
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from shaper_fmu.errors import ComponentError
+from shaper_fmu.errors import ArgumentError
 from shaper_fmu.tune.choice.boxes import ModeBox
 
 _WIDTHS = 400
@@ -37,12 +37,12 @@ class Command:
 
     def __post_init__(self) -> None:
         if not 0 <= self.integrators <= MOST_INTEGRATORS:
-            raise ComponentError(
+            raise ArgumentError(
                 f"there are {self.integrators} integrators between the input and the outputs; up to {MOST_INTEGRATORS} can be "
                 "brought to rest by a command: name outputs that follow the input with fewer"
             )
         if self.integrators and not 0.0 < self.width < math.inf:
-            raise ComponentError(f"width = {self.width:g} s: a {self.name} needs one above 0")
+            raise ArgumentError(f"width = {self.width:g} s: a {self.name} needs one above 0")
 
     @property
     def name(self) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from shaper_fmu.errors import ComponentError, ModelError
+from shaper_fmu.errors import ArgumentError, ModelError
 from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.tune.choice.boxes import ModeBox
@@ -99,7 +99,7 @@ class ShapedRuns:
         """What is measured at these parameters. Raises SimulationError, and ComponentError if nothing vibrates."""
         rest, before, after = (self._residuals(case, values, self._window) for case in self._systems)
         if not max(before) > 0.0:
-            raise ComponentError(f"no output vibrates after the unshaped {self._command.name}: {', '.join(self.outputs)}")
+            raise ArgumentError(f"no output vibrates after the unshaped {self._command.name}: {', '.join(self.outputs)}")
         found = Measured(values, tuple(before), tuple(after), 0.0, tuple(rest))
         return replace(found, share=max(found.shares))
 
@@ -107,7 +107,7 @@ class ShapedRuns:
         """Raise ComponentError for outputs that move without a step, too, by so much that shares mean little."""
         for name, without, before in zip(self.outputs, found.rest, found.before, strict=True):
             if before > _QUIET * max(found.before) and without > _AT_REST * self._tolerance * before:
-                raise ComponentError(
+                raise ArgumentError(
                     f"the plant does not rest at {self._command.start:g} s, when the {self._command.name} comes: without it "
                     f"{self.plant.short(name)} swings by +-{without:.3g} {self.plant.unit(name)}, {without / before:.2g} of what "
                     f"the unshaped {self._command.name} excites; give start values at which it rests, or a settle time after "
@@ -119,7 +119,7 @@ class ShapedRuns:
         later = self._residuals("before", {}, 2.0 * self._window)
         drifting = [n for n, known, size in zip(self.outputs, before, later, strict=True) if size > _GROWN * known]
         if drifting:
-            raise ComponentError(
+            raise ArgumentError(
                 f"{', '.join(drifting)} does not settle after a {self._command.name} of {self.plant.input}: in "
                 f"{2.0 * self._window:.3g} s it moves over {_GROWN:g} times as far as in {self._window:.3g} s; name outputs "
                 "that settle, such as a deflection"

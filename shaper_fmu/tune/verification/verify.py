@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from shaper_fmu.errors import ComponentError, SimulationError
+from shaper_fmu.errors import ArgumentError, ComponentError, SimulationError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
 from shaper_fmu.tune.choice.boxes import ModeBox
@@ -94,11 +94,11 @@ def verify(
 
     All corners and points in between (9 for one parameter, 5 x 5 for two, 3 for each of more) are simulated, then a compass
     search goes on from the worst one. The communication step is halved at the nominal point until no share changes by more than a
-    thousandth of the tolerance. Raises ComponentError for a move's profile and for outputs that do not vibrate, settle or rest
+    thousandth of the tolerance. Raises ArgumentError for a move's profile and for outputs that do not vibrate, settle or rest
     before the step, ModelError for wrong names and parameters, SimulationError if the plant cannot be run nominally.
     """
     if candidate.profile is not None:
-        raise ComponentError(f"{candidate.name}: a move's profile is no shaper; simulate a MotionProfile instead")
+        raise ArgumentError(f"{candidate.name}: a move's profile is no shaper; simulate a MotionProfile instead")
     runs = ShapedRuns(source, input, outputs, candidate, boxes, start_values, tolerance, command or Command())
     nominals = runs.nominals(spread)
     first = runs.measured({})
