@@ -10,7 +10,7 @@ import inspect
 import math
 import os
 import stat
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -100,6 +100,19 @@ finite = number("a finite number", math.isfinite)
 damping_ratio = number("0 <= zeta < 1", lambda x: 0.0 <= x < 1.0)
 share = number("between 0 and 1", lambda x: 0.0 < x < 1.0)
 index = number("at least 0", lambda n: n >= 0, int)
+
+
+def pairs(given: Sequence[str] | None, option: str, example: str) -> dict[str, str]:
+    """The names and values of an option that may be repeated, such as --set mass=2. A name that is given twice is wrong usage."""
+    found: dict[str, str] = {}
+    for text in given or []:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (equals and name and value):
+            raise typer.BadParameter(f"{text!r} is not of the form {example}", param_hint=option)
+        if name in found:
+            raise typer.BadParameter(f"{name} is given twice, as {found[name]} and as {value}; leave one out", param_hint=option)
+        found[name] = value
+    return found
 
 
 def add_options(command: Callable[..., None], variables: Mapping[str, Variable]) -> None:

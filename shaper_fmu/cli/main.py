@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from shaper_fmu.cli.arguments import PAGE, finite, input_file, output_file, positive, wrong_usage
+from shaper_fmu.cli.arguments import PAGE, finite, input_file, output_file, pairs, positive, wrong_usage
 from shaper_fmu.cli.build import build
 from shaper_fmu.cli.check import check
 from shaper_fmu.cli.design import design
@@ -122,10 +122,7 @@ def run(
         err.print(f"note: {note}")
     for which in parameter_sets or []:
         apply_parameter_set(loaded, which)
-    for setting in settings or []:
-        name, equals, value = setting.partition("=")
-        if not equals:
-            raise typer.BadParameter(f"{setting!r} is not of the form instance.variable=value", param_hint="--set")
+    for name, value in pairs(settings, "--set", "instance.variable=value").items():
         with wrong_usage("--set"):
             loaded.set(name, value)
     if algorithm is None and loaded.structure.settings:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from shaper_fmu.cli.arguments import finite, input_file, number, output_folder, positive, wrong_usage
+from shaper_fmu.cli.arguments import finite, input_file, number, output_folder, pairs, positive, wrong_usage
 from shaper_fmu.cli.paths import shown, wrote
 from shaper_fmu.console import err, out, show
 
@@ -110,7 +109,7 @@ def tune(
     from shaper_fmu.report.tune.outputs import left_over, write_tuning
     from shaper_fmu.tune.tuning import wish_for
 
-    spread = {name: share(text, "--vary") for name, text in _pairs(vary, "--vary", "mass=10%").items()}
+    spread = {name: share(text, "--vary") for name, text in pairs(vary, "--vary", "mass=10%").items()}
     allowed = share(tolerance, "--tolerance")
     wanted: dict[str, Any] = {
         "tolerance": allowed, "nominal_tolerance": min(allowed, share(nominal, "--nominal")),
@@ -126,7 +125,7 @@ def tune(
     with wrong_usage():
         wish = wish_for(spread, **wanted)
     target: Path = output_folder(folder or Path(f"{plant.stem}_tuned"))
-    start_values = _pairs(settings, "--set", "mass=2")
+    start_values = pairs(settings, "--set", "mass=2")
     if plant.suffix.lower() in _TABLES:
         found = _of_table(plant, input_, outputs, wish, excitation_end, [*spread, *start_values])
     else:
@@ -144,16 +143,6 @@ def tune(
 
 def _say(what: str) -> None:
     err.print(f"{what} ...")
-
-
-def _pairs(given: Sequence[str] | None, option: str, example: str) -> dict[str, str]:
-    found = {}
-    for text in given or []:
-        name, equals, value = text.partition("=")
-        if not (equals and name and value):
-            raise typer.BadParameter(f"{text!r} is not of the form {example}", param_hint=option)
-        found[name.strip()] = value
-    return found
 
 
 def _of_table(

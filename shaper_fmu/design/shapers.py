@@ -28,6 +28,10 @@ OPTIONS = {name: variable for name, variable in _Workspace.variables.items() if 
 """What `shaper` takes beside modes: the methods' own parameters and the tolerance, by name."""
 
 
+_FASTEST = 1e100
+"""Above this [rad/s] the square of a frequency would not be a finite number."""
+
+
 def shaper(
     kind: str | Shaper,
     natural_frequency: float | Sequence[float],
@@ -59,6 +63,7 @@ def shaper(
     sequences: list[ImpulseSequence] = []
     for w, zeta in zip(frequencies, ratios, strict=True):
         _check("natural_frequency", w, 0.0 < w < float("inf"), "> 0 rad/s")
+        _check("natural_frequency", w, w <= _FASTEST, f"<= {_FASTEST:g} rad/s")
         _check("damping_ratio", zeta, 0.0 <= zeta < 1.0, "0 <= zeta < 1")
         if chosen == Shaper.none:
             continue

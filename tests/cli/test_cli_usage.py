@@ -408,3 +408,23 @@ def test_a_missing_package_is_told_before_the_run(workshop, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name in ("pyarrow", "plotly") else find_spec(name))
     refused(workshop, [*RUN, "--output", "r.parquet"], "r.parquet", "pip install 'shaper-fmu[parquet]'")
     refused(workshop, [*RUN, "--report", "r.html"], "need the package plotly: pip install 'shaper-fmu[report]'")
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["run", "crane.ssp", "--set", "crane.initial_rope_length=8", "--set", "crane.initial_rope_length = 9"],
+        [*TUNE, "--set", "mass=1", "--set", "mass=2"],
+        [*TUNE, "--vary", "mass=10%", "--vary", "mass=20%"],
+    ],
+)
+def test_a_value_that_is_given_twice_is_wrong_usage(workshop, command):
+    done = typed(*command, cwd=workshop)
+    assert done.returncode == 2, done.stdout
+    assert "is given twice, as" in " ".join(done.stderr.replace("│", " ").split())
+
+
+def test_a_frequency_beyond_all_numbers_is_refused(workshop):
+    done = typed("design", "zv", "--natural-frequency", "1e308", cwd=workshop)
+    assert done.returncode == 2
+    assert "natural_frequency = 1e+308 is outside its domain <= 1e+100 rad/s" in done.stderr, done.stderr

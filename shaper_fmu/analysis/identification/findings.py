@@ -14,6 +14,7 @@ from shaper_fmu.analysis.identification.result import Finding, Mode
 
 CONTRADICTING = (
     "unstable", "growth", "too_slow", "too_fast", "poor", "not_converged", "coloured", "not_free", "assumed_free",
+    "not_decaying",
 )  # fmt: skip
 """Findings with which the modes of a fit prove nothing."""
 _POOR = 0.1

@@ -39,6 +39,12 @@ _ASSUMED = (
     "later beginnings, but what has died out by then is not seen. Tell when the excitation has ended (excitation_end, "
     "--excitation-end), or which column it is (input, --input)"
 )
+_FADING = 0.02
+"""A mode whose amplitude falls by less than this share over the record may be kept up by something."""
+_KEPT_UP = (
+    "the motion at {:.4g} rad/s does not fade over the record: something may keep it up (a hum, an unbalance, a limit cycle) that "
+    "no shaper changes. Take a longer record of the machine at rest but for the ringing"
+)
 _UNTOLD = (
     "the response does not tell when it becomes free: there is no beginning from which on modes stay the same. Tell when the "
     "excitation has ended (excitation_end, --excitation-end), or which column it is (input, --input)"
@@ -94,8 +100,9 @@ def identify_measured(
     table = source if isinstance(source, Table) else read_table(source)
     known = {**table.units, **(units or {})}
     clock = _column(table, time or next((n for n in table.names if n.casefold() in ("time", "t")), table.names[0]))
-    if input is not None:
-        _column(table, input)
+    if input is not None and not np.isfinite(column := table[_column(table, input)]).all():
+        row = int(np.flatnonzero(~np.isfinite(column))[0])
+        raise IdentificationError(f"{input} is no finite number at row {row + 1}: {column[row]:g}")
     names = [_column(table, name) for name in outputs or [n for n in table.names if n not in (clock, input)]]
     if not names:
         raise IdentificationError("there is no column of a response beside the time")
@@ -124,11 +131,22 @@ def identify_measured(
         end = float(excitation_end if excitation_end is not None else t[first - 1])
     found = identify(response, smallest_share=smallest_share)
     findings += found.findings
+    findings += _not_decaying(found, float(grid[-1] - grid[0]))
     if first is not None or not start:
         findings += _unconfirmed(response, smallest_share, end, told=first is not None)
     return MeasuredIdentification(
         found, grid, uniform, tuple(names), tuple(known.get(name, "") for name in names), end, tuple(findings)
     )
+
+
+def _not_decaying(found: Identification, length: float) -> list[Finding]:
+    """Findings of modes that do not fade over a record of `length` [s]: no sign tells them from a motion that is kept up."""
+    kept_up = [
+        mode.natural_frequency
+        for mode in found.modes
+        if (mode.damping_ratio - 2.0 * mode.damping_ratio_std) * mode.natural_frequency * length < _FADING
+    ]
+    return [Finding("not_decaying", _KEPT_UP.format(frequency)) for frequency in kept_up]
 
 
 def _column(table: Table, name: str) -> str:
