@@ -213,16 +213,27 @@ def _activate_triggered(system, control, t):
 
 
 @compiled
+def _exchange_ticking(system, control, t):
+    """Exchange what belongs to the clocks that tick; after it they have sampled (`active` is 2)."""
+    if not execute(system, control, system.tick_program, t, 0.0):
+        return False
+    for i in range(system.clocks.size):
+        if system.clocks[i].active:
+            system.clocks[i].active = 2
+    return True
+
+
+@compiled
 def tick(address, control, t, settled):
     """Have clocks tick in this super-dense instant, the timed ones if all else has settled; False if something failed."""
     system = opened(address)
-    if settled and not (_activate_timed(system, control, t) and execute(system, control, system.tick_program, t, 0.0)):
+    if settled and not (_activate_timed(system, control, t) and _exchange_ticking(system, control, t)):
         return False
     for _ in range(system.clocks.size):
         found = _activate_triggered(system, control, t)
         if found <= 0:
             return found == 0
-        if not execute(system, control, system.tick_program, t, 0.0):
+        if not _exchange_ticking(system, control, t):
             return False
     return True
 

@@ -37,7 +37,7 @@ class Clockwork:
         self.ports = list(self._clocks)
         self._number_of = {port: number for number, port in enumerate(self.ports)}
         self._listed: list[int] = []  # numbers of clocks that belong to a guard or to another clock
-        self._guards: list[tuple[int, int, int]] = []
+        self._guards: list[tuple[int, int, int, int]] = []
         self.references = np.array([clock.reference for clock in self._clocks.values()] or [0], np.uint32)
 
     def clocks_of(self, port: Port) -> tuple[int, ...]:
@@ -51,11 +51,11 @@ class Clockwork:
         """Whether an instance has clocks that tick at times of their own."""
         return any(port[0] == name and clock.is_timed for port, clock in self._clocks.items())
 
-    def guarded(self, clocks: Sequence[int], operations: list[Operation]) -> list[Operation]:
-        """The operations, done while one of these clocks ticks."""
+    def guarded(self, clocks: Sequence[int], operations: list[Operation], once: bool = False) -> list[Operation]:
+        """The operations, done while one of these clocks ticks; `once` for each tick, though more clocks tick because of it."""
         if not operations:
             return []
-        self._guards.append((*self._list(clocks), len(operations)))
+        self._guards.append((*self._list(clocks), len(operations), int(once)))
         return [(of.CLOCKED, len(self._guards) - 1), *operations]
 
     def _list(self, clocks: Sequence[int]) -> tuple[int, int]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.calls import write_f8
-from shaper_fmu.master.event_loop import handle_event, has_changed
+from shaper_fmu.master.event_loop import end_in_event, handle_event, has_changed
 from shaper_fmu.master.execution import execute, opened, rounding
 from shaper_fmu.master.transfers import compiled, inlined
 from shaper_fmu.metrics import metric
@@ -146,7 +146,7 @@ def _exchange(system, address, control, t):
         return True
     control.events += 1
     note(system, control, True)
-    return handle_event(address, control, t, True)
+    return end_in_event(address, control, t)
 
 
 @inlined
@@ -176,7 +176,7 @@ def take_step(system, address, control):
     if event or control.at_event:
         control.events += 1
         note(system, control, True)
-        if not handle_event(address, control, target, True):
+        if not end_in_event(address, control, target):
             return False
     elif not _exchange(system, address, control, target):
         return False

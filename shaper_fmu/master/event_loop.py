@@ -100,3 +100,12 @@ def handle_event(address, control, t, entering):
         if again == 0:
             return _all_in_mode(system.instances, control, False, t) and _resume(system, control, t)
     return fail(control, of.ENDLESS_EVENTS, 0, -1 - asking, 3, t)
+
+
+@compiled
+def end_in_event(address, control, t):
+    """Handle an event at the end of a step. Inputs that Python functions give have kept their value from its beginning so far."""
+    system = opened(address)
+    for i in range(control.function_place, control.function_place + control.functions):
+        system.bus[i] = system.bus[i + control.functions]
+    return handle_event(address, control, t, True)

@@ -125,10 +125,11 @@ def _tables(tables, times, values, bus, t):
 
 
 @compiled
-def _ticks(clocks, numbers, first, count):
-    """Whether one of a guard's clocks ticks."""
-    for i in range(first, first + count):
-        if clocks[numbers[i]].active:
+def _ticks(clocks, numbers, guard):
+    """Whether one of a guard's clocks ticks; has begun to, where its operations are done once."""
+    for i in range(guard.first, guard.first + guard.count):
+        active = clocks[numbers[i]].active
+        if active == 1 or (active and not guard.once):
             return True
     return False
 
@@ -200,7 +201,7 @@ def execute(system, control, program, t, h):
             going = control.resuming == 0 or set_again(system.transfers, control, number, t)
         elif code == of.CLOCKED:
             guard = system.clock_guards[number]
-            skipped = 0 if _ticks(system.clocks, system.clock_numbers, guard.first, guard.count) else guard.skip
+            skipped = 0 if _ticks(system.clocks, system.clock_numbers, guard) else guard.skip
         elif code == of.HOLD:
             _hold(system.slopes, system.bus, t)
         else:

@@ -121,8 +121,9 @@ CLOCK = np.dtype(
     align=True,
 )
 
-CLOCK_GUARD = np.dtype([("first", "i4"), ("count", "i4"), ("skip", "i4")], align=True)
-"""Of the operations after it in a program: their clocks among `clock_numbers`, and how many operations these are."""
+CLOCK_GUARD = np.dtype([("first", "i4"), ("count", "i4"), ("skip", "i4"), ("once", "i4")], align=True)
+"""Of the operations after it in a program: their clocks among `clock_numbers`, how many operations these are, and whether they are
+done once for a tick, not again when another clock ticks because of it."""
 
 # Kinds of clocks.
 PERIODIC, CHANGING, COUNTDOWN, TRIGGERED, TRIGGERING = range(5)
@@ -178,6 +179,8 @@ CONTROL = np.dtype(
         ("returning", "i4"),  # whether FMUs may be set back to earlier times; they are told
         ("rereading", "i4"),  # whether all is read again at events, since what follows the inputs is not declared
         ("on_grid", "i4"),  # clocks tick at points of the grid alone
+        ("functions", "i4"),  # how many values at the end of the step wait on the bus, of inputs that functions give
+        ("function_place", "i4"),  # of the first one; those at the end come after all of them
         ("cut", "i4"),  # whether an early return may end the step for all
         ("jump", "i4"),  # the next one of the tables
         ("rows", "i8"),  # recorded

@@ -159,14 +159,17 @@ class Operations:
         """The exchange at events where clocks tick: clocked variables move while one of their clocks does."""
         operations: list[Operation] = [(of.TABLES_NOW, 0)] if self._has_tables() else []
         groups = self._ordered_inputs(passing)
+        sampled = self._system.sampled_inputs(passing)
         clocked = {name: last_causes(self._instances[name].fmu, name, self._clocked(name), groups) for name in self._instances}
         for name, found in clocked.items():
             operations += self._ticking_reads(name, found.get(-1, []))
         for i, (name, inputs) in enumerate(groups):
             operations += self._exchange_of(name, self._clocks.unclocked(name, inputs), passing)
-            for clocks, chosen in self._clocks.by_clocks(name, inputs).items():
-                sets = [*self._setting(name, chosen), *self._reading(name, self._follows(name, set(chosen)))]
-                operations += self._clocks.guarded(clocks, sets)
+            for once in (True, False):
+                alike = [variable for variable in inputs if ((name, variable) in sampled) == once]
+                for clocks, chosen in self._clocks.by_clocks(name, alike).items():
+                    sets = [*self._setting(name, chosen), *self._reading(name, self._follows(name, set(chosen)))]
+                    operations += self._clocks.guarded(clocks, sets, once)
             operations += self._ticking_reads(name, clocked[name].get(i, []))
         return operations
 

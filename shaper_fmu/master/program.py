@@ -54,22 +54,24 @@ class Program:
         self.names = list(instances)
         self._algorithm = algorithm
         self._starts = starts
+        self._asked: tuple[float, list[float]] | None = None  # what the functions have given last, each asked once for a time
         self.loops = system.signal_order()[1]
         self.clocks = Clockwork(instances, system.clock_connections)
         self._metrics = metrics
         self._event_ports = _event_ports(system) if exact else []
         ports: Iterable[Port] = [*connections.values(), *recorded, *system.ports(metric_variables(metrics)), *self._event_ports]
         self._places: dict[Any, int] = {port: i for i, port in enumerate(dict.fromkeys(ports))}
-        for port in system.signals:
+        functions = {port: signal for port, signal in system.signals.items() if not isinstance(signal, Table)}
+        for port in [*(port for port in system.signals if port not in functions), *functions]:
             self._places[("signal", *port)] = len(self._places)
+        self.signals = [(self._places[("signal", *port)], signal) for port, signal in functions.items()]
+        for port in functions:
+            self._places[("signal at the end", *port)] = len(self._places)
         self.linear_inputs = linear_inputs(instances, connections) if linear else []
         for port in self.linear_inputs:
             self._places[("held", *connections[port])] = len(self._places)
         numbers = {name: i for i, name in enumerate(self.names)}
         self._writer = TransferWriter(instances, numbers, system.scalings, system.mappings, _items_of_inputs(system))
-        self.signals = [
-            (self._places[("signal", *port)], signal) for port, signal in system.signals.items() if not isinstance(signal, Table)
-        ]
         self._linear = self._lay_out_linear_inputs()
         announcing = {port[0] for port in self._event_ports} | {name for name in self.names if instances[name].event_mode}
         causes = causes_of_inputs(system, connections, announcing) if exact else {}
@@ -89,10 +91,23 @@ class Program:
         self.layout.tables["cursor"] = self.layout.tables["first"]
         self.layout.instances["next_event"] = of.NO_EVENT
         self.layout.bus[:] = 0.0
+        self._asked = None
         self.layout.metrics["time"] = np.nan
         self.layout.slopes["previous_time"] = self.layout.slopes["held_time"] = np.nan
         for place, (name, variable) in self._operations.unfed.items():
             self.layout.bus[place] = float(self.instances[name].start_value(variable))
+
+    def ask_functions(self, t: float, end: float | None = None) -> None:
+        """Put the values that Python functions give at t on the bus, and those at the `end` of a step that begins there."""
+        if not self.signals:
+            return
+        asked = self._asked if self._asked is not None and self._asked[0] == t else (t, [signal(t) for _, signal in self.signals])
+        first = self.signals[0][0]
+        self.layout.bus[first : first + len(self.signals)] = asked[1]
+        if end is not None:
+            asked = (end, [signal(end) for _, signal in self.signals])
+            self.layout.bus[first + len(self.signals) : first + 2 * len(self.signals)] = asked[1]
+        self._asked = asked
 
     def start_places(self) -> list[int]:
         """Where the start values that a batch sets are on the bus, in their order."""

@@ -31,7 +31,7 @@ from shaper_fmu.master.process_state import Kept, Share, keeping, process_notes,
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.signals import Interpolation
-from shaper_fmu.master.step_control import StepControl
+from shaper_fmu.master.step_control import StepControl, ask_functions
 from shaper_fmu.master.step_notes import step_notes, time_scales
 from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.wiring import Port
@@ -156,6 +156,8 @@ class Simulation:
         control.ends_whole = ends_whole(start_time, stop_time, step, steps)
         set_exact(control, program, treatment.exact)
         control.everywhere, control.exchange = everywhere, algorithm == "jacobi"
+        if program.signals and not control.exchange:
+            control.functions, control.function_place = len(program.signals), program.signals[0][0]
         control.cut = treatment.exact and not program.signals  # Python's functions are asked before a step, for its end
         self._initialize(program, control, start_values or {}, solver_tolerance)
         controller = self._controller(program, control, tolerance) if tolerance is not None else None
@@ -167,7 +169,7 @@ class Simulation:
     def _controller(self, program: Program, control: Any, tolerance: float) -> StepControl:
         if not (math.isfinite(tolerance) and tolerance > 0.0):
             raise ModelError([f"tolerance = {tolerance} must be a positive number"])
-        return StepControl(program, control, tolerance, lambda t: self._feel(program, t))
+        return StepControl(program, control, tolerance)
 
     def _program(self, algorithm: str, treatment: Treatment, linear: bool) -> Program:
         key = (algorithm, treatment.exact, treatment.notes, linear)
@@ -221,15 +223,10 @@ class Simulation:
     def _step_with_signals(self, program: Program, control: Any) -> int:
         """A step of a system with inputs that Python functions give."""
         compiled.plan_step(program.address, control)
-        self._feel(program, float(control.target if control.exchange else control.t))
+        ask_functions(program, control, float(control.target))
         if not compiled.take_planned_step(program.address, control):
             return compiled.FAULT
         return compiled.FINISHED if control.done >= control.steps else compiled.GOING_ON
-
-    @staticmethod
-    def _feel(program: Program, t: float) -> None:
-        for place, signal in program.signals:
-            program.layout.bus[place] = signal(t)
 
     def _fault(self, program: Program, control: Any, at: str | None = None) -> SimulationError:
         return fault_error(program, self.instances, control, at)
@@ -248,7 +245,7 @@ class Simulation:
             instance.set_values(clocked, "initialization")
         program.reset()
         t = float(control.start)
-        self._feel(program, t)
+        program.ask_functions(t)
         if not compiled.initialize(program.address, control, t):
             raise self._fault(program, control, "initialization")
         self._scales = self._time_scales()

@@ -7,7 +7,7 @@ by the FMUs' saved states and tried again, shorter. What goes on is the result o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -34,14 +34,22 @@ def check_rollback(instances: Mapping[str, Instance]) -> None:
             raise ModelError([f"control of the step size needs steps of other lengths, which {name} does not take"])
 
 
+def ask_functions(program: Program, control: Any, target: float) -> None:
+    """Ask the functions that give inputs for the values that a step to the target needs."""
+    if control.exchange:
+        program.ask_functions(target)
+    else:  # what is held over the step, and what an event at its end gets
+        program.ask_functions(float(control.t), target)
+
+
 class StepControl:
     """Steps of controlled size within the intervals of the grid; `tolerance` is relative to 1 + |value|, per step."""
 
-    def __init__(self, program: Program, control: Any, tolerance: float, feel: Callable[[float], None]):
+    def __init__(self, program: Program, control: Any, tolerance: float):
         self._order = 2 if program.linear_inputs else 1
         control.returning = 1
         check_rollback(program.instances)
-        self._program, self._control, self._tolerance, self._feel = program, control, tolerance, feel
+        self._program, self._control, self._tolerance = program, control, tolerance
         self._judged = program.continuous_places()
         self._step = float(control.step)
         self.rejected = 0
@@ -100,7 +108,7 @@ class StepControl:
 
     def _take(self, target: float, at_grid: bool) -> bool:
         self._control.target, self._control.at_grid, self._control.at_event = target, at_grid, 0
-        self._feel(target if self._control.exchange else float(self._control.t))
+        ask_functions(self._program, self._control, target)
         return bool(compiled.take_planned_step(self._program.address, self._control))
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from fmpy.model_description import BaseUnit
 
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
-from shaper_fmu.master.clocks import check_clock_connection, clock_problems, is_clocked
+from shaper_fmu.master.clocks import check_clock_connection, clock_problems, clocked_loop_problems, is_clocked
 from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.once import once_problems
 from shaper_fmu.master.signals import Interpolation, Signal, make_signal, typed_signal
@@ -204,6 +204,7 @@ class SystemStructure:
         """Every problem of the system as a whole, in words; empty if it can run."""
         problems = once_problems(self.fmus) if self.fmus else ["the system has no FMU"]
         problems += clock_problems(self.fmus, self.clock_connections, self.without_event_mode)
+        problems += clocked_loop_problems(self.fmus, self.connections)
         for loop in self.signal_order()[1]:
             source = self.connections[loop[0]]
             if self._kind(source) != "real":
@@ -217,6 +218,14 @@ class SystemStructure:
         With `passing`: where values pass without delay through these instances alone.
         """
 
+        order, loops, _ = self._spread(passing)
+        return order, loops
+
+    def sampled_inputs(self, passing: Collection[str] | None = None) -> set[Port]:
+        """Clocked inputs in loops: they get what their sources, which are not clocked, were before the tick."""
+        return self._spread(passing)[2]
+
+    def _spread(self, passing: Collection[str] | None) -> tuple[list[Port], list[Loop], set[Port]]:
         def inputs_of(port: Port) -> list[Port]:
             if passing is not None and port[0] not in passing:
                 return []
@@ -226,7 +235,8 @@ class SystemStructure:
         def clocked(port: Port) -> bool:
             return is_clocked(self.fmus[port[0]], port[1])
 
-        return signal_order(self.connections, inputs_of, clocked)
+        sampled: set[Port] = set()
+        return *signal_order(self.connections, inputs_of, clocked, sampled), sampled
 
     def instance_order(self) -> list[str]:
         """The instances, sources before targets."""

@@ -15,13 +15,16 @@ Loop = tuple[Port, ...]
 
 
 def signal_order(
-    connections: dict[Port, Port], inputs_of: Callable[[Port], Iterable[Port]], clocked: Callable[[Port], bool] = lambda port: False
+    connections: dict[Port, Port],
+    inputs_of: Callable[[Port], Iterable[Port]],
+    clocked: Callable[[Port], bool] = lambda port: False,
+    sampled: set[Port] | None = None,
 ) -> tuple[list[Port], list[Loop]]:
     """The connected inputs, ordered so that each comes after those that act on its source without delay; and the loops.
 
     `connections` maps an input to its source; `inputs_of` gives the inputs that an output depends on without delay. Each
     loop is cut at its first input, which then comes before what acts on it. A loop through a variable that is `clocked` is none:
-    the input of its instance gets what its source was before the clock's tick.
+    all its clocked inputs whose sources are not get what these were before the clock's tick; they are added to `sampled`.
     """
     causes = {target: [port for port in inputs_of(source) if port in connections] for target, source in connections.items()}
     places = {target: i for i, target in enumerate(connections)}
@@ -33,7 +36,13 @@ def signal_order(
             cycle = list(reversed(error.args[1]))[:-1]
             pairs = zip(cycle, [cycle[-1], *cycle[:-1]], strict=True)  # each acts on the one before it
             samplers = [one for one, next_ in pairs if clocked(one) or clocked(connections[next_])]
-            if samplers:
+            between = [one for one in samplers if clocked(one) and not clocked(connections[one])]
+            if between:
+                causes.update({one: [] for one in between})
+                if sampled is not None:
+                    sampled.update(between)
+                continue
+            if samplers:  # all are clocked, by clocks that do not tick together
                 causes[min(samplers, key=places.__getitem__)] = []
                 continue
             cut = cycle.index(min(cycle, key=places.__getitem__))
