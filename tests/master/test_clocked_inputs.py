@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 from clocked_fmus import KINDS, clocked_fmu, constant
 from native_host import native_fmu
+from typer.testing import CliRunner
 
 from shaper_fmu import System
+from shaper_fmu.cli.main import app
 from shaper_fmu.errors import ModelError
 
 ALGORITHMS = ("jacobi", "parallel", "gauss_seidel")
@@ -185,3 +187,12 @@ def test_a_loop_of_clocks_that_never_tick_together_runs(every):
         a += 1.0 - 0.5 * b
         expected.append((a, b))
     assert np.column_stack([results["a.y"], results["b.y"]]) == pytest.approx(np.array(expected), rel=1e-12)
+
+
+def test_an_archive_with_a_loop_of_clocked_variables_is_refused_by_check_and_run(tmp_path):
+    archive = tmp_path / "ring.ssp"
+    ring(*TOGETHER["same"]).to_ssp(archive)
+    for arguments in (["check", str(archive)], ["run", str(archive), "--stop-time", "1", "--step", "0.1"]):
+        result = CliRunner().invoke(app, arguments)
+        assert result.exit_code != 0
+        assert "a loop of clocked variables acts on itself" in " ".join([*result.output.split(), str(result.exception)])
