@@ -102,12 +102,15 @@ share = number("between 0 and 1", lambda x: 0.0 < x < 1.0)
 index = number("at least 0", lambda n: n >= 0, int)
 
 
-def pairs(given: Sequence[str] | None, option: str, example: str) -> dict[str, str]:
-    """The names and values of an option that may be repeated, such as --set mass=2. A name that is given twice is wrong usage."""
+def pairs(given: Sequence[str] | None, option: str, example: str, empty: bool = False) -> dict[str, str]:
+    """The names and values of an option that may be repeated, such as --set mass=2; with `empty` a value may be an empty text.
+
+    A name that is given twice is wrong usage.
+    """
     found: dict[str, str] = {}
     for text in given or []:
         name, equals, value = (part.strip() for part in text.partition("="))
-        if not (equals and name and value):
+        if not (equals and name and (value or empty)):
             raise typer.BadParameter(f"{text!r} is not of the form {example}", param_hint=option)
         if name in found:
             raise typer.BadParameter(f"{name} is given twice, as {found[name]} and as {value}; leave one out", param_hint=option)

@@ -122,7 +122,7 @@ def run(
         err.print(f"note: {note}")
     for which in parameter_sets or []:
         apply_parameter_set(loaded, which)
-    for name, value in pairs(settings, "--set", "instance.variable=value").items():
+    for name, value in pairs(settings, "--set", "instance.variable=value", empty=True).items():
         with wrong_usage("--set"):
             loaded.set(name, value)
     if algorithm is None and loaded.structure.settings:

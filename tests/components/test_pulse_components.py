@@ -201,6 +201,7 @@ def equal_records(instance, record) -> bool:
     return all(expected[field].tobytes() == record[field].tobytes() for field in expected.dtype.names or ())
 
 
+@pytest.mark.thorough
 def test_every_design_compiled_gives_the_same_bits():
     start, step = jit(PulseTrain, "start"), jit(PulseTrain, "step")
     rng = random.Random(7)

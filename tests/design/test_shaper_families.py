@@ -254,6 +254,7 @@ def test_what_sampling_costs(samples):
         assert complex_v(split, 1.0, 0.0) == pytest.approx(0.0056, abs=5e-5)
 
 
+@pytest.mark.thorough
 def test_every_kind_is_designed_alike_when_compiled():
     """The whole record after `start`, bit for bit; and the same status where there is no such shaper."""
     compiled = jit(InputShaper, "start")

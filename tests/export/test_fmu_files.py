@@ -124,7 +124,7 @@ def test_the_guid_comes_from_the_content(tmp_path):
     [
         ("import numpy", "line 3: an FMU carries no 'numpy'"),
         ("import shaper_fmu.units", r"line 3: write 'from shaper_fmu.units import ...'"),
-        ("from shaper_fmu import Output", "line 3: import from the module that defines the name"),
+        ("from shaper_fmu.analysis.identification import identify", "line 3: import from the module that defines the name"),
     ],
 )
 def test_what_an_fmu_cannot_carry_is_named_and_nothing_is_written(line, words, tmp_path):
