@@ -16,6 +16,7 @@ from lxml import etree
 from shaper_fmu.errors import ArchiveError
 from shaper_fmu.master.array_sizes import check_dimensions
 from shaper_fmu.master.mended_structure import mend_structure
+from shaper_fmu.units import BASE
 
 _TYPES = {
     1: ("Real", "Integer", "Boolean", "String", "Enumeration"),
@@ -47,7 +48,6 @@ _TYPE_ATTRIBUTES = {
     "nominal",
     "unbounded",
 }
-_EXPONENTS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _LONGEST_IDENTIFIER = 200
 _MOST_REFERENCE = 2**32
 _INTEGER = re.compile(r"\s*[+-]?\d{1,30}\s*")
@@ -150,7 +150,7 @@ def _mend_units(root: etree._Element, version: int, where: str) -> Iterator[str]
                 base.getparent().remove(base)  # pyright: ignore[reportOptionalMemberAccess]
             bases = []
         for base in bases:
-            wrong = [a for a in _EXPONENTS if base.get(a) is not None and whole(base.get(a)) is None]
+            wrong = [a for a in BASE if base.get(a) is not None and whole(base.get(a)) is None]
             wrong += [a for a in ("factor", "offset") if base.get(a) is not None and _number(str(base.get(a))) is None]
             if wrong or _number(str(base.get("factor", "1"))) == 0.0:
                 cause = wrong[0] if wrong else "factor"
