@@ -6,14 +6,16 @@ numbers. Run it from anywhere: python examples/05_tune_a_plant.py
 
 from pathlib import Path
 
-from shaper_fmu import build_fmu, find_component, tune_plant, wish_for, write_tuning
+from shaper_fmu import build_fmu, find_component, requirements_for, tune_plant, write_tuning
 from shaper_fmu.page.figures import Figure, Line
 from shaper_fmu.page.pictures import write_picture
 
 plant = build_fmu(find_component("OverheadCrane"), "fmus", platforms=["this"])
 spread = {"initial_rope_length": 0.1}  # the rope is known to 10 %
-wish = wish_for(spread, tolerance=0.05, longest_delay=8.0)
-found = tune_plant(plant, "trolley_acceleration", ["swing_angle"], wish=wish, spread=spread, amplitude=0.2, say=print)
+requirements = requirements_for(spread, tolerance=0.05, longest_delay=8.0)
+found = tune_plant(
+    plant, "trolley_acceleration", ["swing_angle"], requirements=requirements, spread=spread, amplitude=0.2, say=print
+)
 
 assert found.plant is not None
 for mode in found.plant.ranges:

@@ -8,7 +8,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from shaper_fmu.public_names import HOME
+from shaper_fmu.public_names import HOME, RENAMED
+from shaper_fmu.renamed import warn_renamed
 from shaper_fmu.version import __version__ as __version__
 
 if TYPE_CHECKING:
@@ -48,12 +49,12 @@ if TYPE_CHECKING:
     from shaper_fmu.sweep.variation import Vary
     from shaper_fmu.tune.choice.boxes import ModeBox, mode_boxes
     from shaper_fmu.tune.choice.choice import choose
+    from shaper_fmu.tune.choice.requirements import Move, Requirements
     from shaper_fmu.tune.choice.result import Choice
-    from shaper_fmu.tune.choice.wish import Move, Wish
     from shaper_fmu.tune.identify.experiment import PlantIdentification, experiment
     from shaper_fmu.tune.identify.measured import MeasuredIdentification, identify_measured
     from shaper_fmu.tune.identify.range import PlantModes, identify_plant, operating_points
-    from shaper_fmu.tune.tuning import Tuning, wish_for
+    from shaper_fmu.tune.tuning import Tuning, requirements_for
     from shaper_fmu.tune.tuning_measured import tune_measured
     from shaper_fmu.tune.tuning_plant import tune_plant
     from shaper_fmu.tune.verification.verify import Verification, verify
@@ -87,6 +88,7 @@ __all__ = [
     "Profile",
     "PulseSequence",
     "Refine",
+    "Requirements",
     "Residual",
     "Results",
     "Sampling",
@@ -101,7 +103,6 @@ __all__ = [
     "Tuning",
     "Vary",
     "Verification",
-    "Wish",
     "build_fmu",
     "carrier_pulses",
     "choose",
@@ -125,6 +126,7 @@ __all__ = [
     "read_modes",
     "read_study",
     "relative_residual",
+    "requirements_for",
     "run_study",
     "select_modes",
     "sensitivity_curve",
@@ -139,13 +141,15 @@ __all__ = [
     "tune_plant",
     "unity_magnitude_pulses",
     "verify",
-    "wish_for",
     "write_tuning",
     "zv_carrier_pulses",
 ]
 
 
 def __getattr__(name: str) -> Any:
+    if name in RENAMED:
+        warn_renamed(f"shaper_fmu.{name}", RENAMED[name])
+        name = RENAMED[name]
     if name not in HOME:
         raise AttributeError(f"module 'shaper_fmu' has no attribute {name!r}")
     return getattr(importlib.import_module(HOME[name]), name)

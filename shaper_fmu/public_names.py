@@ -43,11 +43,14 @@ _HOMES = {
     "tune.identify.range": ["PlantModes", "identify_plant", "operating_points"],
     "tune.identify.measured": ["MeasuredIdentification", "identify_measured"],
     "report.tune.outputs": ["write_tuning"],
-    "tune.tuning": ["Tuning", "wish_for"],
+    "tune.tuning": ["Tuning", "requirements_for"],
     "tune.tuning_measured": ["tune_measured"],
     "tune.tuning_plant": ["tune_plant"],
     "tune.verification.verify": ["Verification", "verify"],
-    "tune.choice.wish": ["Move", "Wish"],
+    "tune.choice.requirements": ["Move", "Requirements"],
 }
 HOME = {name: f"shaper_fmu.{module}" for module, names in _HOMES.items() for name in names}
 """Public name -> the module that defines it."""
+
+RENAMED = {"Wish": "Requirements", "wish_for": "requirements_for"}
+"""Old public name -> the new one. The old ones are importable, too, and warn."""

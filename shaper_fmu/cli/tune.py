@@ -107,7 +107,7 @@ def tune(
         shaper-fmu tune ringing.csv --input force --output position
     """
     from shaper_fmu.report.tune.outputs import left_over, write_tuning
-    from shaper_fmu.tune.tuning import wish_for
+    from shaper_fmu.tune.tuning import requirements_for
 
     spread = {name: share(text, "--vary") for name, text in pairs(vary, "--vary", "mass=10%").items()}
     allowed = share(tolerance, "--tolerance")
@@ -123,13 +123,13 @@ def tune(
     if wanted["damping_margin"] < 0.0:
         raise typer.BadParameter(f"{damping_margin} is outside its domain: at least 0%", param_hint="--damping-margin")
     with wrong_usage():
-        wish = wish_for(spread, **wanted)
+        requirements = requirements_for(spread, **wanted)
     target: Path = output_folder(folder or Path(f"{plant.stem}_tuned"))
     start_values = pairs(settings, "--set", "mass=2")
     if plant.suffix.lower() in _TABLES:
-        found = _of_table(plant, input_, outputs, wish, excitation_end, [*spread, *start_values])
+        found = _of_table(plant, input_, outputs, requirements, excitation_end, [*spread, *start_values])
     else:
-        found = _of_plant(plant, input_, outputs, wish, spread, start_values, amplitude=amplitude, duration=duration)
+        found = _of_plant(plant, input_, outputs, requirements, spread, start_values, amplitude=amplitude, duration=duration)
     _tell(found)
     written = write_tuning(found, target, report=report, say=_say)
     for path in written:
@@ -146,7 +146,7 @@ def _say(what: str) -> None:
 
 
 def _of_table(
-    path: Path, input_: str, outputs: list[str] | None, wish: Any, excitation_end: float | None, of_plants: list[str]
+    path: Path, input_: str, outputs: list[str] | None, requirements: Any, excitation_end: float | None, of_plants: list[str]
 ) -> Tuning:
     from shaper_fmu.tune.identify.measured_table import read_table
     from shaper_fmu.tune.tuning_measured import tune_measured
@@ -158,14 +158,14 @@ def _of_table(
         with wrong_usage(option):
             for name in names:
                 table[name]
-    return tune_measured(path, outputs, wish=wish, input=input_ or None, excitation_end=excitation_end)
+    return tune_measured(path, outputs, requirements=requirements, input=input_ or None, excitation_end=excitation_end)
 
 
 def _of_plant(
     path: Path,
     input_: str,
     outputs: list[str] | None,
-    wish: Any,
+    requirements: Any,
     spread: dict[str, float],
     start_values: dict[str, str],
     **options: Any,
@@ -183,7 +183,9 @@ def _of_plant(
         with wrong_usage("--set"):
             alone_system(fmu, start_values)
         _check_names(fmu, input_, outputs, spread, start_values)
-        return tune_plant(fmu, input_, outputs, wish=wish, spread=spread, start_values=start_values, say=_say, **options)
+        return tune_plant(
+            fmu, input_, outputs, requirements=requirements, spread=spread, start_values=start_values, say=_say, **options
+        )
     loaded = load_ssp(path)
     for note in loaded.notes:
         err.print(f"note: {note}")
@@ -191,7 +193,7 @@ def _of_plant(
         with wrong_usage("--set"):
             loaded.set(name, value)
     _check_names(loaded.system, input_, outputs, spread, None)
-    return tune_plant(loaded.system, input_, outputs, wish=wish, spread=spread, say=_say, **options)
+    return tune_plant(loaded.system, input_, outputs, requirements=requirements, spread=spread, say=_say, **options)
 
 
 def _check_names(

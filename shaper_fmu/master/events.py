@@ -19,7 +19,7 @@ class Treatment(NamedTuple):
 
 
 def treat_events(system: SystemStructure, exact: bool | None) -> Treatment:
-    """Decide how a run treats events; `exact` is the user's wish, None for none.
+    """Decide how a run treats events; `exact` is what the user has set, None for nothing.
 
     Steps end at events unless an FMU takes no steps of other lengths, or a mean over the step is wired, such as
     `shaped_mean`: it belongs to steps of one length. An FMU that keeps to the grid gets the mean of an output over each step

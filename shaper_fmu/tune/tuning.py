@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from shaper_fmu.analysis.identification import CONTRADICTING, Finding
+from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.choice.search import Candidate
-from shaper_fmu.tune.choice.wish import Wish
 from shaper_fmu.tune.identify.measured import MeasuredIdentification
 from shaper_fmu.tune.identify.range import PlantModes
 from shaper_fmu.tune.verification.command import Command
@@ -96,8 +96,8 @@ class Tuning:
         return CAVEATS.get(self.verdict, "") if self.choice is not None and self.choice.recommended is not None else ""
 
 
-def wish_for(spread: Mapping[str, float], **wanted: Any) -> Wish:
-    """A `Wish` with 1 % nominally, and a margin of the frequencies where nothing is told to vary."""
+def requirements_for(spread: Mapping[str, float], **wanted: Any) -> Requirements:
+    """`Requirements` with 1 % nominally, and with a margin of the frequencies if no parameter varies."""
     margin = 0.0 if any(spread.values()) else UNKNOWN_MARGIN
-    tolerance = wanted.get("tolerance", Wish.tolerance)
-    return Wish(**{"nominal_tolerance": min(0.01, tolerance), "frequency_margin": margin, **wanted})
+    tolerance = wanted.get("tolerance", Requirements.tolerance)
+    return Requirements(**{"nominal_tolerance": min(0.01, tolerance), "frequency_margin": margin, **wanted})

@@ -20,9 +20,9 @@ from shaper_fmu.archives import write_file
 from shaper_fmu.design.profiles import Profile
 from shaper_fmu.profiles.limits import NO_LIMIT
 from shaper_fmu.tune.choice.boxes import ModeBox, shares
+from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.choice.search import Candidate
-from shaper_fmu.tune.choice.wish import Wish
 from shaper_fmu.tune.identify.experiment import PlantIdentification
 from shaper_fmu.tune.identify.measured import MeasuredIdentification
 from shaper_fmu.tune.identify.range import ModeRange, Range
@@ -43,7 +43,7 @@ def write_json(path: Path | str, tuning: Tuning) -> Path:
 
 def tuning_numbers(tuning: Tuning) -> dict[str, Any]:
     """All numbers of a tuning, as texts, numbers, lists and dictionaries that strict JSON can hold; in the same order each time."""
-    choice, wish = tuning.choice, tuning.choice.wish if tuning.choice is not None else None
+    choice, requirements = tuning.choice, tuning.choice.requirements if tuning.choice is not None else None
     found: dict[str, Any] = {
         "schema": SCHEMA,
         "verdict": tuning.verdict,
@@ -57,7 +57,7 @@ def tuning_numbers(tuning: Tuning) -> dict[str, Any]:
         "units": _units(tuning),
         "command": _command(tuning.command) if tuning.plant is not None else None,
         "spread": dict(tuning.spread),
-        "wish": _wish(wish) if wish is not None else None,
+        "wish": _requirements(requirements) if requirements is not None else None,
         "findings": _findings(tuning.findings),
         "modes": _modes(tuning),
         "other_poles": _other_poles(tuning),
@@ -101,10 +101,10 @@ def _units(tuning: Tuning) -> list[str]:
     return list(tuning.measured.units) if tuning.measured is not None else ["" for _ in tuning.outputs]
 
 
-def _wish(wish: Wish) -> dict[str, Any]:
-    found: dict[str, Any] = dict(vars(wish))
-    found["kinds"] = list(wish.kinds) if wish.kinds is not None else None
-    found["move"] = _limits(vars(wish.move)) if wish.move is not None else None
+def _requirements(requirements: Requirements) -> dict[str, Any]:
+    found: dict[str, Any] = dict(vars(requirements))
+    found["kinds"] = list(requirements.kinds) if requirements.kinds is not None else None
+    found["move"] = _limits(vars(requirements.move)) if requirements.move is not None else None
     return found
 
 
@@ -164,7 +164,7 @@ def _ends(found: Range) -> list[float]:
 
 
 def _box(box: ModeBox) -> dict[str, Any]:
-    """What the shaper has to cope with, the wished margins included."""
+    """The ranges that the shaper has to cover, with the required margins."""
     return {"natural_frequency": list(box.frequencies), "damping_ratio": list(box.dampings)}
 
 

@@ -8,32 +8,34 @@ from pathlib import Path
 from typing import Any
 
 from shaper_fmu.analysis.identification import CONTRADICTING, Finding
+from shaper_fmu.renamed import renamed_argument
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import choose
 from shaper_fmu.tune.choice.reasons import percent
-from shaper_fmu.tune.choice.wish import Wish
+from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.hidden import hidden_share
 from shaper_fmu.tune.identify.measured import identify_measured
 from shaper_fmu.tune.identify.measured_table import Table
 from shaper_fmu.tune.identify.range import ModeRange, Range
-from shaper_fmu.tune.tuning import Tuning, Verdict, wish_for
+from shaper_fmu.tune.tuning import Tuning, Verdict, requirements_for
 from shaper_fmu.tune.verification.command import Command
 
 _UNSTABLE = ("unstable", "growth")
 
 
+@renamed_argument("wish", "requirements")
 def tune_measured(
-    source: Path | str | Table, outputs: Sequence[str] | None = None, *, wish: Wish | None = None, **options: Any
+    source: Path | str | Table, outputs: Sequence[str] | None = None, *, requirements: Requirements | None = None, **options: Any
 ) -> Tuning:
     """Find a shaper from a measured response; there is no plant to verify it on.
 
     Args:
         source, outputs, options: of `identify_measured`.
-        wish: what is wanted; by default `wish_for({})`.
+        requirements: what is wanted; by default `requirements_for({})`.
 
     The modes' shares are those of the response as it was excited, not of the response to a step.
     """
-    wish = wish or wish_for({})
+    requirements = requirements or requirements_for({})
     measured = identify_measured(source, outputs, **options)
     name = "the table" if isinstance(source, Table) else Path(source).name
     modes = measured.identification.modes
@@ -51,13 +53,13 @@ def tune_measured(
         return replace(found, verdict="no_vibration", words=f"{name} shows no vibration {when}, so that no shaper is needed")
     ranges = [ModeRange(_only(m.natural_frequency), _only(m.damping_ratio), (m,)) for m in modes]
     boxes = [ModeBox.of_range(r, [float(a) for a in abs(m.residues[0])]) for r, m in zip(ranges, modes, strict=True)]
-    choice = choose(boxes, wish)
+    choice = choose(boxes, requirements)
     verdict: Verdict = "proven" if choice.recommended is not None else "nothing_fits"
     hidden = hidden_share(measured.identification)
-    if not against and hidden > wish.tolerance:
+    if not against and hidden > requirements.tolerance:
         told = (
-            f"the noise may hide a mode of up to {percent(hidden)} of the vibration, more than the tolerance of "
-            f"{percent(wish.tolerance)}: excite more, measure with less noise or more samples, or name outputs that show more"
+            f"the noise may hide a mode of up to {percent(hidden)} of the vibration, "
+            f"more than the tolerance of {percent(requirements.tolerance)}: excite more, measure with less noise or more samples, or name outputs that show more"
         )
         found = replace(found, findings=(*found.findings, Finding("hidden", told)))
     elif not against:

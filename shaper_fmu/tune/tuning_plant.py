@@ -10,13 +10,14 @@ from typing import Any
 
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
+from shaper_fmu.renamed import renamed_argument
 from shaper_fmu.tune.choice.boxes import mode_boxes
 from shaper_fmu.tune.choice.choice import choose
 from shaper_fmu.tune.choice.reasons import percent
-from shaper_fmu.tune.choice.wish import Wish
+from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.identify.plant import Plant
 from shaper_fmu.tune.identify.range import PlantModes, identify_plant
-from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, wish_for
+from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, requirements_for
 from shaper_fmu.tune.tuning_trial import tightened, tried
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.shaped_plant import ShapedPlant
@@ -25,12 +26,13 @@ _UNSTABLE = ("unstable", "growth")
 _MORE_ATTEMPTS = 2
 
 
+@renamed_argument("wish", "requirements")
 def tune_plant(
     source: System | Fmu | Path | str,
     input: str,
     outputs: Sequence[str] | None = None,
     *,
-    wish: Wish | None = None,
+    requirements: Requirements | None = None,
     spread: Mapping[str, float] | None = None,
     amplitude: float | None = None,
     start_values: Mapping[str, Any] | None = None,
@@ -42,7 +44,7 @@ def tune_plant(
     Args:
         source: an FMU, or a system whose input is free; in a system names are "instance.variable".
         input, outputs: names; all real outputs that vibrate if none are named.
-        wish: what is wanted; by default `wish_for(spread)`.
+        requirements: what is wanted; by default `requirements_for(spread)`.
         spread: parameters of the plant and by which share each varies: {"mass": 0.1} for +-10 % of its start value. The modes are
             identified with the nominal values and in all corners; in the verification all of them vary.
         amplitude: of the command's step in the verification, in the input's unit; by default as in the experiment's first try.
@@ -53,7 +55,7 @@ def tune_plant(
     the plant cannot be run.
     """
     spread = dict(spread or {})
-    wish = wish or wish_for(spread)
+    requirements = requirements or requirements_for(spread)
     shaped = ShapedPlant(source, input, start_values)
     plant = Plant(source, input, outputs, start_values)
     say("identifying the modes")
@@ -71,13 +73,13 @@ def tune_plant(
         return replace(found, verdict=hopeless[0], words=hopeless[1])
     say("choosing a shaper")
     boxes = mode_boxes(modes, [shaped.full(name) for name in names])
-    choice = choose(boxes, wish)
+    choice = choose(boxes, requirements)
     if choice.recommended is None:
         return replace(found, verdict="nothing_fits", words=choice.reason, choice=choice)
     say("verifying it on the plant")
-    found = tried(replace(found, choice=choice), wish, source, shaped, start_values)
+    found = tried(replace(found, choice=choice), requirements, source, shaped, start_values)
     for _ in range(_MORE_ATTEMPTS):
-        tighter = tightened(found, wish) if found.verdict == "not_held" else None
+        tighter = tightened(found, requirements) if found.verdict == "not_held" else None
         if tighter is None:
             break
         say(f"choosing again, for {percent(tighter.tolerance)} and nominally {percent(tighter.nominal_tolerance)}")
@@ -86,7 +88,7 @@ def tune_plant(
             break
         say("verifying it on the plant")
         again = replace(found, choice=choice, verification=None, responses=())
-        found = tried(again, wish, source, shaped, start_values)
+        found = tried(again, requirements, source, shaped, start_values)
     return found
 
 

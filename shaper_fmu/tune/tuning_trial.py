@@ -1,4 +1,4 @@
-"""The recommended shaper tried on the plant, and a tighter wish where the plant is not quite its modes."""
+"""The recommended shaper tried on the plant, and a tighter requirements where the plant is not quite its modes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from shaper_fmu.errors import ComponentError, SimulationError
 from shaper_fmu.tune.choice.reasons import percent
-from shaper_fmu.tune.choice.wish import Wish
+from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.identify.range import PlantModes
 from shaper_fmu.tune.tuning import Tuning, Verdict
 from shaper_fmu.tune.verification.command import MOST_INTEGRATORS, command_for
@@ -26,7 +26,7 @@ _SEEN = 1e-6
 """Share of the vibration's amplitude above which a motion of a rigid body is one, and not rounding."""
 
 
-def tried(found: Tuning, asked: Wish, source: Any, shaped: ShapedPlant, start_values: Mapping[str, Any] | None) -> Tuning:
+def tried(found: Tuning, asked: Requirements, source: Any, shaped: ShapedPlant, start_values: Mapping[str, Any] | None) -> Tuning:
     """The tuning with what simulations of the plant behind the shaper have shown."""
     assert found.plant is not None
     assert found.choice is not None
@@ -63,8 +63,8 @@ def tried(found: Tuning, asked: Wish, source: Any, shaped: ShapedPlant, start_va
         simulated_responses(shaped, settling, choice.nearest, choice.boxes, command, case, one.values, seen.step)
         for case, one in cases.items()
     )
-    designed = f"{percent(choice.wish.tolerance)} and nominally {percent(choice.wish.nominal_tolerance)}"
-    closer = f". It is designed for {designed}, so that the plant keeps what is asked for" if choice.wish != asked else ""
+    designed = f"{percent(choice.requirements.tolerance)} and nominally {percent(choice.requirements.nominal_tolerance)}"
+    closer = f". It is designed for {designed}, so that the plant keeps what is asked for" if choice.requirements != asked else ""
     verdict: Verdict = "tuned" if seen.holds and nominally else "not_held"
     words = f"{_for_modes(verdict)}{choice.reason}{closer}. On the plant: {seen.reason}"
     if not nominally:
@@ -84,16 +84,16 @@ def _for_modes(verdict: Verdict) -> str:
     return "" if verdict == "tuned" else "for the modes found, "
 
 
-def tightened(found: Tuning, asked: Wish) -> Wish | None:
-    """A wish whose shaper should hold on the plant, where what was tried leaves a little more; None where it is much more.
+def tightened(found: Tuning, asked: Requirements) -> Requirements | None:
+    """Tighter requirements, if the tried shaper leaves a little too much on the plant; None if it leaves much more.
 
     What the plant leaves over what was proven for its modes is taken to stay: half a peak-to-peak value is not an envelope, and
     a plant is not quite its modes.
     """
     assert found.choice is not None
     assert found.verification is not None
-    seen, candidate, wish = found.verification, found.choice.nearest, found.choice.wish
-    tolerance, nominal = wish.tolerance, wish.nominal_tolerance
+    seen, candidate, requirements = found.verification, found.choice.nearest, found.choice.requirements
+    tolerance, nominal = requirements.tolerance, requirements.nominal_tolerance
     worst, nominally = (one.share + seen.uncertainty for one in (seen.worst, seen.nominal))
     if worst > asked.tolerance:
         tolerance = min(tolerance, _CLOSER * asked.tolerance * candidate.worst_case / worst)
@@ -101,7 +101,7 @@ def tightened(found: Tuning, asked: Wish) -> Wish | None:
         nominal = min(nominal, _CLOSER * asked.nominal_tolerance * candidate.nominal / nominally)
     if seen.failed or tolerance < _MOST_TIGHTENED * asked.tolerance or nominal < _MOST_TIGHTENED * asked.nominal_tolerance:
         return None
-    return replace(wish, tolerance=tolerance, nominal_tolerance=nominal)
+    return replace(requirements, tolerance=tolerance, nominal_tolerance=nominal)
 
 
 def integrators(modes: PlantModes, output: str) -> int:

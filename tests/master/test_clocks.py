@@ -226,7 +226,7 @@ def test_again_isolated_in_a_batch_and_with_step_control():
 
 @pytest.mark.parametrize("options", [{"exact": False}, {"free": False}])
 def test_ticks_on_the_grid(options):
-    """Steps of one length alone (wished, or all that the FMU takes): ticks at points of the grid are as exact."""
+    """Steps of one length alone (set by the user, or all that the FMU takes): ticks at points of the grid are as exact."""
     run = {name: value for name, value in options.items() if name == "exact"}
     system = sampled(constant(0.1, 0.2), interval=0.1, shift=0.2, **{k: v for k, v in options.items() if k not in run})
     results = system.simulate(1.0, 0.05, **run)

@@ -58,7 +58,7 @@ import json, math, sys
 from pathlib import Path
 
 from shaper_fmu import (
-    ModeBox, Residual, Simulation, Store, Study, System, Wish, build_fmu, choose, find_component, profile, read_study, run_study,
+    ModeBox, Residual, Simulation, Store, Study, System, Requirements, build_fmu, choose, find_component, profile, read_study, run_study,
     shaper,
 )
 from shaper_fmu.sweep.variation import Vary
@@ -141,7 +141,7 @@ with Store("shares.sqlite") as store:
     found["shares"] = [run.metrics for run in store.iterate()]
     found["shown"] = read_sweep(store, load_stored_system(store)).quantities["share"].shown(0.25)
 
-choice = choose([ModeBox.around({W}, {ZETA})], Wish(tolerance=0.2, kinds=("late_zv",)), floor=False)
+choice = choose([ModeBox.around({W}, {ZETA})], Requirements(tolerance=0.2, kinds=("late_zv",)), floor=False)
 found["tune"] = [choice.recommended.name, choice.recommended.start_values()]
 print(json.dumps(found))
 """

@@ -97,6 +97,29 @@ def test_every_public_python_name_is_importable():
         _ = shaper_fmu.Sytem  # pyright: ignore
 
 
+OLD_NAMES = {"Wish": "Requirements", "wish_for": "requirements_for"}
+
+
+@pytest.mark.parametrize("old", OLD_NAMES)
+def test_old_names_are_importable_and_warn(old):
+    with pytest.warns(DeprecationWarning, match=f"shaper_fmu.{old} is now {OLD_NAMES[old]}") as warned:
+        assert getattr(shaper_fmu, old) is getattr(shaper_fmu, OLD_NAMES[old])
+    assert warned[0].filename == __file__, "at the line that uses the old name"
+
+
+def test_old_arguments_and_attributes_work_and_warn():
+    boxes, requirements = [shaper_fmu.ModeBox.around(5.0)], shaper_fmu.Requirements(0.2, kinds=("zv",))
+    old: Any = shaper_fmu.choose
+    with pytest.warns(DeprecationWarning, match="argument wish is now requirements") as warned:
+        choice = old(boxes, wish=requirements, floor=False)
+    assert warned[0].filename == __file__, "at the line that uses the old name"
+    assert choice.requirements is requirements
+    with pytest.warns(DeprecationWarning, match=r"Choice\.wish is now Choice\.requirements"):
+        assert choice.wish is requirements
+    with pytest.raises(TypeError, match="'requirements' and its old name 'wish'"):
+        old(boxes, requirements=requirements, wish=requirements)
+
+
 def test_the_readmes_python_runs(fmus, tmp_path):
     text = (ROOT / "README.md").read_text()
     blocks = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
@@ -118,7 +141,7 @@ def test_the_readmes_python_runs(fmus, tmp_path):
         lambda: shaper_fmu.direct_two_mode((5.0, -1.0), (0.1, 0.1)),
         lambda: shaper_fmu.specified_insensitivity(-1.0, 5.0),
         lambda: shaper_fmu.choose([]),
-        lambda: shaper_fmu.Wish(tolerance=-1.0),
+        lambda: shaper_fmu.Requirements(tolerance=-1.0),
     ],
 )
 def test_wrong_arguments_are_value_errors(wrong):

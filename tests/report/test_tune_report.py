@@ -18,7 +18,7 @@ from shaper_fmu.report.tune.choice import apart
 from shaper_fmu.report.tune.evidence import amplitude_spectrum
 from shaper_fmu.report.tune.modes import percent, with_deviation
 from shaper_fmu.report.tune.report import VERDICTS, tuning_blocks
-from shaper_fmu.tune.choice.wish import Move, Wish
+from shaper_fmu.tune.choice.requirements import Move, Requirements
 from shaper_fmu.tune.identify.measured_table import Table as Samples
 from shaper_fmu.tune.tuning import Tuning
 from shaper_fmu.tune.tuning_json import SCHEMA, profile_start_values, tuning_numbers, write_json
@@ -29,7 +29,7 @@ SECTIONS = [
     "Recommendation", "Modes", "Spectrum", "Ring-down and fit", "Sensitivity", "Trade-off", "Before and after", "Alternatives",
     "Verification",
 ]  # fmt: skip
-FEW = Wish(kinds=("zv", "zvd", "ei"))
+FEW = Requirements(kinds=("zv", "zvd", "ei"))
 
 
 @pytest.fixture(scope="module")
@@ -39,15 +39,15 @@ def spring() -> Tuning:
 
 
 def varied_spring() -> Tuning:
-    wish = replace(FEW, kinds=("zv", "zvd", "ei", "si"))
-    return tune_plant(fmu_path("MassSpringDamper"), "force", ["position"], spread={"mass": 0.1}, wish=wish)
+    requirements = replace(FEW, kinds=("zv", "zvd", "ei", "si"))
+    return tune_plant(fmu_path("MassSpringDamper"), "force", ["position"], spread={"mass": 0.1}, requirements=requirements)
 
 
 @pytest.fixture(scope="module")
 def misfit() -> Tuning:
     """Nothing is as quick as asked for."""
-    wish = Wish(kinds=("zv", "zvd"), longest_delay=0.35)
-    return tune_plant(fmu_path("MassSpringDamper"), "force", ["position"], spread={"mass": 0.3}, wish=wish)
+    requirements = Requirements(kinds=("zv", "zvd"), longest_delay=0.35)
+    return tune_plant(fmu_path("MassSpringDamper"), "force", ["position"], spread={"mass": 0.3}, requirements=requirements)
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +59,7 @@ def measured() -> Tuning:
     parts = {"y1": (1.0, 0.3), "y2": (2.0, -0.5), "y3": (0.01, 0.01)}
     columns = [a * slow + b * fast + 0.01 * a * e for (a, b), e in zip(parts.values(), noise, strict=False)]
     table = Samples({"time": t, **dict(zip(parts, columns, strict=True))}, dict.fromkeys(parts, "mm"))
-    return tune_measured(table, excitation_end=0.0, wish=replace(FEW, frequency_margin=0.05))
+    return tune_measured(table, excitation_end=0.0, requirements=replace(FEW, frequency_margin=0.05))
 
 
 def v(amplitudes: list[float], delays: list[float], w: float, zeta: float) -> float:
@@ -150,7 +150,7 @@ def test_curves_of_the_page(spring):
         assert level == pytest.approx(100.0 * v(best.sequence.amplitudes, best.sequence.delays, w, 0.05), rel=1e-9, abs=1e-12)
     low, high = choice.boxes[0].frequencies
     inside = curve.y[(curve.x >= low) & (curve.x <= high)]
-    assert 0.9 * choice.wish.tolerance < inside.max() / 100.0 <= best.bounds[0]
+    assert 0.9 * choice.requirements.tolerance < inside.max() / 100.0 <= best.bounds[0]
     assert {low, high} <= {value for value, _ in figure(blocks, "sensitivity_1").marks}
     front = line(figure(blocks, "trade_off"), "the front")
     assert front.y.tolist() == [one.delay for one in choice.front]
@@ -195,7 +195,7 @@ def test_spectra_of_modes_far_apart_are_drawn_over_a_logarithmic_axis():
     far = [(2.0 * math.pi * f, a) for f, a in ((0.5, 1.0), (40.0, 0.3))]
     noise = 1e-3 * np.random.default_rng(1).standard_normal(len(t))
     values = sum((a * np.exp(-0.005 * w * t) * np.cos(w * t) for w, a in far), noise)
-    tuning = tune_measured(Samples({"t": t, "x": values}), excitation_end=0.0, wish=replace(FEW, kinds=("zv",)))
+    tuning = tune_measured(Samples({"t": t, "x": values}), excitation_end=0.0, requirements=replace(FEW, kinds=("zv",)))
     shown = figure(tuning_blocks(tuning), "spectrum_1")
     assert shown.log_x
     assert [value for value, _ in shown.marks] == pytest.approx([0.5, 40.0], rel=1e-3)
@@ -277,7 +277,7 @@ def test_the_same_numbers_each_time(spring, tmp_path):
 
 def test_where_nothing_vibrates(tmp_path):
     """Above critical damping, 2 sqrt(100 * 1) = 20 N s/m."""
-    tuning = tune_plant(fmu_path("MassSpringDamper"), "force", ["position"], start_values={"damping": 25.0}, wish=FEW)
+    tuning = tune_plant(fmu_path("MassSpringDamper"), "force", ["position"], start_values={"damping": 25.0}, requirements=FEW)
     blocks = tuning_blocks(tuning)
     assert headings(blocks) == SECTIONS[:4]
     assert Text("There is no mode of vibration.") in blocks
@@ -298,7 +298,7 @@ def test_an_unstable_plant(tmp_path):
     system.connect("controller.force", "plant.force")
     system.connect("plant.position", "controller.position")
     system.connect("plant.velocity", "controller.velocity")
-    tuning = tune_plant(system, "controller.reference", ["plant.position"], wish=FEW)
+    tuning = tune_plant(system, "controller.reference", ["plant.position"], requirements=FEW)
     blocks = tuning_blocks(tuning)
     assert headings(blocks) == SECTIONS[:4]
     pole = max(np.roots([1.0, 1.0, 150.0, 400.0]), key=lambda s: (s.real, s.imag))
@@ -352,7 +352,7 @@ def test_of_many_outputs_those_that_vibrate_most_are_shown():
     noise = np.random.default_rng(2).standard_normal((len(t), len(sizes)))
     units = {name: "rad" if name == "angle" else "mm" for name in sizes}
     columns = {name: size * (wave + 0.01 * e) for (name, size), e in zip(sizes.items(), noise.T, strict=True)}
-    tuning = tune_measured(Samples({"time": t, **columns}, units), wish=FEW)
+    tuning = tune_measured(Samples({"time": t, **columns}, units), requirements=FEW)
     blocks = tuning_blocks(tuning)
     shown = [row[0] for row in table(blocks, "What the fit leaves").rows]
     assert shown == [*(f"y{k}" for k in range(1, 12)), "angle"]
@@ -362,8 +362,8 @@ def test_of_many_outputs_those_that_vibrate_most_are_shown():
 
 def test_a_profile_of_a_move(tmp_path):
     """Its start values are a MotionProfile's; the FMU ends the move at its duration."""
-    wish = Wish(move=Move(1.0, max_acceleration=30.0), kinds=("trapezoid", "cycloid"))
-    tuning = tune_plant(fmu_path("MassSpringDamper"), "force", ["position"], wish=wish)
+    requirements = Requirements(move=Move(1.0, max_acceleration=30.0), kinds=("trapezoid", "cycloid"))
+    tuning = tune_plant(fmu_path("MassSpringDamper"), "force", ["position"], requirements=requirements)
     assert tuning.candidate is not None
     law = tuning.candidate.profile
     assert law is not None

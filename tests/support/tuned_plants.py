@@ -7,12 +7,12 @@ import math
 import numpy as np
 
 from shaper_fmu.tune.choice.boxes import ModeBox
-from shaper_fmu.tune.choice.wish import NEGATIVE, POSITIVE, Wish
+from shaper_fmu.tune.choice.requirements import NEGATIVE, POSITIVE, Requirements
 from shaper_fmu.tune.identify.range import Range
 
 
-def random_plant(seed: int) -> tuple[list[ModeBox], Wish]:
-    """One or two modes, damped or not, and a wish; offline designs of damped modes take seconds, so only a few ask for them."""
+def random_plant(seed: int) -> tuple[list[ModeBox], Requirements]:
+    """One or two modes, damped or not, and requirements; offline designs of damped modes take seconds, so only a few ask for them."""
     rng = np.random.default_rng(seed)
     damped, two = bool(seed % 2), seed % 5 == 0
     frequencies = np.exp(rng.uniform(-2.0, 4.0)) * np.array([1.0, rng.uniform(1.3, 5.0)])[: 1 + two]
@@ -31,7 +31,7 @@ def random_plant(seed: int) -> tuple[list[ModeBox], Wish]:
     negative = seed % 4 == 3
     kinds = (*kinds, *NEGATIVE) if kinds and negative else kinds
     delay = rng.uniform(0.3, 3.0) * 2.0 * math.pi / frequencies[0] if seed % 3 == 0 else math.inf
-    return boxes, Wish(float(rng.uniform(0.02, 0.25)), delay, kinds=kinds, allow_negative=negative)
+    return boxes, Requirements(float(rng.uniform(0.02, 0.25)), delay, kinds=kinds, allow_negative=negative)
 
 
 def dense_maxima(amplitudes, delays, boxes: list[ModeBox]) -> list[float]:

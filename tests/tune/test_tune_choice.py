@@ -17,8 +17,8 @@ from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.candidates import Design
 from shaper_fmu.tune.choice.choice import Candidate, choose
 from shaper_fmu.tune.choice.reasons import narrowed, rounded_up
+from shaper_fmu.tune.choice.requirements import NEGATIVE, POSITIVE, Move, Requirements
 from shaper_fmu.tune.choice.result import Choice
-from shaper_fmu.tune.choice.wish import NEGATIVE, POSITIVE, Move, Wish
 from shaper_fmu.tune.identify.range import Range
 
 W = 4.65
@@ -26,26 +26,26 @@ W = 4.65
 
 @pytest.mark.parametrize("seed", range(100))
 def test_the_recommendation_is_never_dominated(seed: int):
-    boxes, wish = random_plant(seed)
-    choice = choose(boxes, wish, floor=False)
+    boxes, requirements = random_plant(seed)
+    choice = choose(boxes, requirements, floor=False)
     designs = [(c.design, c.worst_case) for c in choice.candidates] + [(d.design, None) for d in choice.dominated]
     seen, alike = [], []  # alike: those that an InputShaper designs by their kind, as is the one recommended if one is as short
     for design, proven in designs:
         sequence = design.sequence
         worst = together(dense_maxima(sequence.amplitudes, sequence.delays, boxes), boxes)
         assert proven is None or worst <= proven <= worst + 1e-3
-        if wish.allow_negative or min(sequence.amplitudes) >= 0.0:
+        if requirements.allow_negative or min(sequence.amplitudes) >= 0.0:
             seen.append((sequence.delays[-1], worst))
             alike += [seen[-1]] if design.by_kind else []
     seen_less = 1e-5  # than there is between the points of the grid
-    fitting = [(t, v) for t, v in seen if v <= wish.tolerance - seen_less and t <= wish.longest_delay]
+    fitting = [(t, v) for t, v in seen if v <= requirements.tolerance - seen_less and t <= requirements.longest_delay]
     best = choice.recommended
     if best is None:
         assert not fitting
-        assert all(v >= choice.nearest.worst_case - seen_less for t, v in seen if t <= wish.longest_delay)
+        assert all(v >= choice.nearest.worst_case - seen_less for t, v in seen if t <= requirements.longest_delay)
     else:
-        assert best.worst_case <= wish.tolerance
-        assert best.delay <= wish.longest_delay * (1.0 + 1e-9)
+        assert best.worst_case <= requirements.tolerance
+        assert best.delay <= requirements.longest_delay * (1.0 + 1e-9)
         assert best in choice.front
         duration = best.sequence.delays[-1]
         assert not [t for t, _ in fitting if t < duration * (1.0 - 1e-9)]  # none that fits is shorter
@@ -63,7 +63,7 @@ def test_random_plants_are_of_all_sorts():
 
 def test_every_kind_on_every_set_of_modes_is_considered():
     boxes = [ModeBox.around(3.0, 0.01, 0.05), ModeBox.around(7.0, 0.02, 0.05)]
-    choice = choose(boxes, Wish(kinds=POSITIVE), floor=False)
+    choice = choose(boxes, Requirements(kinds=POSITIVE), floor=False)
     considered = [one.design for one in choice.candidates] + [one.design for one in choice.dominated]
     names = {one.name for one in choice.left_out}
     lengths = {kind: [shaper(kind, *box.centre, vibration_tolerance=0.05).duration for box in boxes] for kind in POSITIVE}
@@ -79,7 +79,7 @@ def test_every_kind_on_every_set_of_modes_is_considered():
 
 
 def test_the_front_falls_and_leaves_nothing_better_out():
-    choice = choose([ModeBox.around(W, 0.02, 0.1)], Wish(kinds=POSITIVE), floor=False)
+    choice = choose([ModeBox.around(W, 0.02, 0.1)], Requirements(kinds=POSITIVE), floor=False)
     delays, levels = ([getattr(one, name) for one in choice.front] for name in ("delay", "worst_case"))
     assert delays == sorted(set(delays))
     assert levels == sorted(set(levels), reverse=True)
@@ -89,7 +89,7 @@ def test_the_front_falls_and_leaves_nothing_better_out():
 
 def test_zv_leaves_what_its_closed_form_says():
     """ZV, undamped: V = |cos(pi w / (2 w0))| (Singer and Seering 1990)."""
-    choice = choose([ModeBox.around(W, margin=0.1)], Wish(kinds=("zv",)))
+    choice = choose([ModeBox.around(W, margin=0.1)], Requirements(kinds=("zv",)))
     zv = choice.candidates[1]
     assert zv.delay == pytest.approx(math.pi / W, rel=1e-14)
     assert zv.worst_case == pytest.approx(math.cos(0.5 * math.pi * 0.9), abs=1e-6)
@@ -99,7 +99,7 @@ def test_zv_leaves_what_its_closed_form_says():
 def test_modes_left_alone_count_with_their_shares_of_the_worst_output():
     """ZV on 5 rad/s leaves |cos(pi / 2 * 12.5 / 5)| = cos(pi / 4) of a mode at 12.5 rad/s; outputs with shares 0.1 and 0.25."""
     boxes = [ModeBox.around(5.0, amplitudes=(9.0, 3.0)), ModeBox.around(12.5, amplitudes=(1.0, 1.0))]
-    choice = choose(boxes, Wish(0.2, kinds=("zv",)))
+    choice = choose(boxes, Requirements(0.2, kinds=("zv",)))
     assert choice.recommended is not None
     assert choice.recommended.name == "ZV on 5 rad/s"
     assert choice.recommended.worst_case == pytest.approx(0.25 * math.sqrt(0.5), abs=1e-6)
@@ -108,14 +108,14 @@ def test_modes_left_alone_count_with_their_shares_of_the_worst_output():
 
 def test_margins_widen_the_range():
     box = ModeBox(Range(4.0, 5.0, 6.0), Range(0.02, 0.03, 0.05))
-    choice = choose([box], Wish(frequency_margin=0.1, damping_margin=0.5, kinds=("zvd",)), floor=False)
+    choice = choose([box], Requirements(frequency_margin=0.1, damping_margin=0.5, kinds=("zvd",)), floor=False)
     assert choice.boxes[0].frequencies == pytest.approx((3.6, 6.6))
     assert choice.boxes[0].dampings == pytest.approx((0.01, 0.075))
     assert choice.boxes[0].natural_frequency.nominal == 5.0
 
 
 def test_the_reason_of_a_recommendation():
-    choice = choose([ModeBox(Range(4.2, 4.6, 5.1), Range(0.0, 0.0, 0.0))], Wish(kinds=("zv", "ei")))
+    choice = choose([ModeBox(Range(4.2, 4.6, 5.1), Range(0.0, 0.0, 0.0))], Requirements(kinds=("zv", "ei")))
     assert choice.recommended is not None
     assert choice.floor is not None
     zv = choice.front[1]
@@ -137,33 +137,33 @@ def test_modes_that_do_not_swing_need_no_shaper():
 @pytest.mark.parametrize("limit", [0.9, 0.1])
 def test_where_nothing_fits_the_ways_out_are_ways_out(limit: float):
     boxes = [ModeBox.around(W, margin=0.1)]
-    wish = Wish(longest_delay=limit, kinds=("zv", "zvd", "ei", "mzv"))
-    choice = choose(boxes, wish)
+    requirements = Requirements(longest_delay=limit, kinds=("zv", "zvd", "ei", "mzv"))
+    choice = choose(boxes, requirements)
     assert choice.recommended is None
     assert choice.nearest.name == ("ZV on 4.65 rad/s" if limit > 0.5 else "unshaped")
     assert "nothing fits a tolerance of 5 % and a delay of" in choice.reason
     assert "a delay of 1.36 s (ZVD on 4.65 rad/s)" in choice.reason
-    assert choose(boxes, replace(wish, longest_delay=1.36)).recommended is not None
+    assert choose(boxes, replace(requirements, longest_delay=1.36)).recommended is not None
     if limit < 0.5:
         assert narrowed(choice) is None
         assert "a tolerance of" not in choice.reason.partition("What would")[2]
         return
     larger = rounded_up(choice.nearest.worst_case)
     assert f"a tolerance of {100.0 * larger:.3g} % (ZV" in choice.reason
-    assert choose(boxes, replace(wish, tolerance=larger)).recommended is not None
+    assert choose(boxes, replace(requirements, tolerance=larger)).recommended is not None
     found = narrowed(choice)
     assert found is not None
     low, high = found[1][0].frequencies
     # |cos(pi w / (2 w0))| = 0.05 at w = w0 (1 -+ 2/pi asin(0.05))
     assert low == pytest.approx(W * (1.0 - 2.0 / math.pi * math.asin(0.05)), rel=1e-3)
     assert f"modes that stay within {low:.4g} to {high:.4g} rad/s (ZV on 4.65 rad/s)" in choice.reason
-    assert choose(found[1], wish).recommended is not None
+    assert choose(found[1], requirements).recommended is not None
 
 
 def test_negative_impulses_only_where_they_are_allowed():
     boxes = [ModeBox.around(W, margin=0.05)]
     assert all(min(one.sequence.amplitudes) >= 0.0 for one in choose(boxes, floor=False).candidates)
-    choice = choose(boxes, Wish(allow_negative=True))
+    choice = choose(boxes, Requirements(allow_negative=True))
     assert {name.upper().replace("_", "-") for name in NEGATIVE} <= {one.name.split()[0] for one in choice.candidates}
     assert choice.recommended is not None
     assert choice.floor is not None
@@ -184,7 +184,7 @@ def test_no_positive_shaper_that_fits_is_below_the_floor():
 @pytest.mark.parametrize(("kind", "width", "above"), [("ei", 0.399, 0.0), ("zvd", 0.2866, 0.070)])
 def test_the_distance_to_the_floor_over_a_shapers_own_band(kind: str, width: float, above: float):
     """EI lies on the floor of its insensitivity at 5 %, ZVD 7.0 % above (docs/shapers.md)."""
-    choice = choose([ModeBox.around(W, margin=0.5 * width)], Wish(kinds=(kind,)), floor=False)
+    choice = choose([ModeBox.around(W, margin=0.5 * width)], Requirements(kinds=(kind,)), floor=False)
     assert choice.to_floor(choice.candidates[1]) == pytest.approx(above, abs=2e-3)
 
 
@@ -194,7 +194,7 @@ def candidate_with(choice: Choice, *kinds: str) -> Candidate:
 
 def test_start_values_make_the_input_shaper_this_shaper():
     boxes = [ModeBox.around(3.0, 0.02, 0.02, (1.0,)), ModeBox.around(8.0, 0.04, 0.02, (0.5,))]
-    choice = choose(boxes, Wish(kinds=("zv", "zvd", "ei", "direct_zv")), floor=False)
+    choice = choose(boxes, Requirements(kinds=("zv", "zvd", "ei", "direct_zv")), floor=False)
     for kinds in (("ei", "ei"), ("zv",), ("zvd", "zv"), ("direct_zv",), ()):
         one = candidate_with(choice, *kinds)
         system = System("shaped")
@@ -207,7 +207,9 @@ def test_start_values_make_the_input_shaper_this_shaper():
 
 
 def test_start_values_of_too_many_custom_impulses_are_refused():
-    one, other = (choose([ModeBox.around(w)], Wish(kinds=(kind,)), floor=False) for w, kind in ((3.0, "zvddd"), (7.0, "zvdd")))
+    one, other = (
+        choose([ModeBox.around(w)], Requirements(kinds=(kind,)), floor=False) for w, kind in ((3.0, "zvddd"), (7.0, "zvdd"))
+    )
     design = Design(one.candidates[1].design.factors + other.candidates[1].design.factors)
     with pytest.raises(ComponentError, match="a custom InputShaper takes 16"):
         design.start_values()
@@ -215,7 +217,7 @@ def test_start_values_of_too_many_custom_impulses_are_refused():
 
 def test_shapers_that_cannot_be_designed_are_told():
     """Three-hump EI shapers for 5 % end at a damping ratio of about 0.27 (docs/shapers.md)."""
-    choice = choose([ModeBox.around(W, 0.3)], Wish(kinds=("zv", "three_hump_ei")), floor=False)
+    choice = choose([ModeBox.around(W, 0.3)], Requirements(kinds=("zv", "three_hump_ei")), floor=False)
     assert [one.name for one in choice.left_out] == ["three-hump EI on 4.65 rad/s"]
     assert "no three_hump_ei shaper was found" in choice.left_out[0].reason
 
@@ -231,9 +233,9 @@ def test_shapers_that_cannot_be_designed_are_told():
         ({"frequency_margin": 1.0}, "margins"),
     ],
 )
-def test_wishes_outside_their_domain_are_refused(options: dict, words: str):
+def test_requirements_outside_their_domain_are_refused(options: dict, words: str):
     with pytest.raises(ComponentError, match=words):
-        choose([ModeBox.around(W)], Wish(**options))
+        choose([ModeBox.around(W)], Requirements(**options))
 
 
 def test_boxes_outside_their_domain_are_refused():

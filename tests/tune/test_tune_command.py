@@ -17,7 +17,7 @@ from move_records import driven
 from test_tune_experiment import pid_loop, swinging, three_mass_loop
 from three_mass_loop import closed_loop, response
 
-from shaper_fmu import ImpulseSequence, System, tune_plant, verify, wish_for
+from shaper_fmu import ImpulseSequence, System, requirements_for, tune_plant, verify
 from shaper_fmu.cli.main import main
 from shaper_fmu.ssp.archive import load_ssp
 from shaper_fmu.ssp.check import check_ssp
@@ -188,12 +188,12 @@ def test_a_rigid_body_is_excited_so_that_it_comes_to_rest(fmus, output, command)
 def test_what_is_told_of_a_shaper_that_does_not_hold_is_of_that_one(fmus, monkeypatch):
     """Without a further attempt the first choice, for what was asked, remains, and what was measured is of it."""
     monkeypatch.setattr("shaper_fmu.tune.tuning_plant._MORE_ATTEMPTS", 0)
-    wish = wish_for({"mass[3]": 0.1})
-    found = tune_plant(fmus / "ThreeMassChain.fmu", "force", ["velocity[3]"], wish=wish, spread={"mass[3]": 0.1})
+    requirements = requirements_for({"mass[3]": 0.1})
+    found = tune_plant(fmus / "ThreeMassChain.fmu", "force", ["velocity[3]"], requirements=requirements, spread={"mass[3]": 0.1})
     assert found.verdict == "not_held"
     assert found.choice is not None
     assert found.verification is not None
-    assert found.choice.wish == wish
+    assert found.choice.requirements == requirements
     assert found.verification.worst.share > 0.05
     again = verify(
         fmus / "ThreeMassChain.fmu", "force", ["velocity[3]"], found.choice.nearest, found.choice.boxes, found.spread,
@@ -204,7 +204,9 @@ def test_what_is_told_of_a_shaper_that_does_not_hold_is_of_that_one(fmus, monkey
 
 def test_the_responses_shown_are_those_of_the_loop(fmus):
     """The step response of the loop's matrices (Jung 2011), unshaped and behind the impulses; in steps as fine as the verification's."""
-    found = tune_plant(three_mass_loop(fmus), "controller.reference", ["chain.position[3]"], wish=wish_for({}, kinds=("zvd",)))
+    found = tune_plant(
+        three_mass_loop(fmus), "controller.reference", ["chain.position[3]"], requirements=requirements_for({}, kinds=("zvd",))
+    )
     known, shown = response(), found.responses[0]
     assert found.candidate is not None
     size, late = found.command.amplitude, shown.time > 0.0
@@ -295,6 +297,6 @@ def test_files_that_are_no_plants(tmp_path):
 
 
 def test_a_margin_is_taken_where_nothing_varies():
-    assert wish_for({}).frequency_margin == 0.1
-    assert wish_for({"mass": 0.1}).frequency_margin == 0.0
-    assert wish_for({}, tolerance=0.005).nominal_tolerance == 0.005
+    assert requirements_for({}).frequency_margin == 0.1
+    assert requirements_for({"mass": 0.1}).frequency_margin == 0.0
+    assert requirements_for({}, tolerance=0.005).nominal_tolerance == 0.005

@@ -10,7 +10,7 @@ import pytest
 from shaper_fmu.design.profiles import profile
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import choose
-from shaper_fmu.tune.choice.wish import Move, Wish
+from shaper_fmu.tune.choice.requirements import Move, Requirements
 from shaper_fmu.tune.identify.range import Range
 
 W = 4.65
@@ -19,7 +19,7 @@ W = 4.65
 def test_a_move_that_is_slow_anyway_needs_no_shaper():
     boxes = [ModeBox.around(5.0, amplitudes=(1.0,)), ModeBox.around(12.0, amplitudes=(0.0,))]
     long = Move(1.0, max_velocity=0.01, max_acceleration=0.05)
-    choice = choose(boxes, Wish(move=long, kinds=("zv",)))
+    choice = choose(boxes, Requirements(move=long, kinds=("zv",)))
     assert choice.recommended is not None
     assert choice.recommended.delay == 0.0
     assert "no shaper is needed" in choice.reason
@@ -30,7 +30,7 @@ def test_a_move_that_is_slow_anyway_needs_no_shaper():
 def test_moves_are_compared_with_the_fastest_one():
     move = Move(1.0, max_velocity=1.0, max_acceleration=3.0)
     boxes = [ModeBox.around(W, 0.01, 0.1)]
-    choice = choose(boxes, Wish(move=move, kinds=("zv", "zvd", "s_curve", "cycloid", "two_part")))
+    choice = choose(boxes, Requirements(move=move, kinds=("zv", "zvd", "s_curve", "cycloid", "two_part")))
     fastest = profile("trapezoid", 1.0, max_velocity=1.0, max_acceleration=3.0)
     assert {one.name for one in choice.left_out} == {"two part"}  # its velocity jumps
     assert choice.recommended is not None
@@ -50,7 +50,7 @@ def test_moves_are_compared_with_the_fastest_one():
 
 def test_a_profiles_duration_is_the_shortest_that_fits():
     """A cycloid: V = |sin(x) / (x (1 - x^2 / pi^2))| with x = w T / 2, falling from 1 to 0 at x = 2 pi."""
-    choice = choose([ModeBox.around(W)], Wish(move=Move(1.0), kinds=("cycloid",)))
+    choice = choose([ModeBox.around(W)], Requirements(move=Move(1.0), kinds=("cycloid",)))
     assert choice.recommended is not None
     assert choice.recommended.profile is not None
     x = 0.5 * W * choice.recommended.profile.duration
@@ -62,7 +62,7 @@ def test_a_move_that_leaves_less_nominally():
     """A cycloid: V = |sin(x) / (x (1 - x^2 / pi^2))| with x = w T / 2, and 0 at x = 2 pi; ZV on w0: |cos(pi w / (2 w0))|."""
     box = ModeBox(Range(0.9 * W, 1.02 * W, 1.05 * W), Range(0.0, 0.0, 0.0))
     plain, nominal = (
-        choose([box], Wish(0.1, move=Move(1.0), kinds=("zv", "cycloid"), nominal_tolerance=limit)).recommended
+        choose([box], Requirements(0.1, move=Move(1.0), kinds=("zv", "cycloid"), nominal_tolerance=limit)).recommended
         for limit in (1.0, 0.002)
     )
     assert plain is not None

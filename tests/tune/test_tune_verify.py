@@ -15,7 +15,7 @@ from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError, ModelError
 from shaper_fmu.tune.choice.boxes import ModeBox, mode_boxes
 from shaper_fmu.tune.choice.choice import Candidate, choose
-from shaper_fmu.tune.choice.wish import Move, Wish
+from shaper_fmu.tune.choice.requirements import Move, Requirements
 from shaper_fmu.tune.identify.range import identify_plant
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.verify import Verification, _words, verify
@@ -26,7 +26,7 @@ PLANT = {"mass": 1.0, "stiffness": W * W, "damping": 0.0}
 
 
 def of_kind(kind: str, **options) -> Candidate:
-    candidates = choose(BOXES, Wish(kinds=(kind,), **options), floor=False).candidates
+    candidates = choose(BOXES, Requirements(kinds=(kind,), **options), floor=False).candidates
     return next(one for one in candidates if one.design.factors)
 
 
@@ -77,7 +77,7 @@ def test_the_plant_in_a_system_at_an_operating_point():
     system = System("machine")
     system.add("body", fmu_path("MassSpringDamper"), PLANT)
     system.set("body.damping", 4.0)  # with it the body has come to rest under the force of 30 before the step
-    candidate = choose([ModeBox.around(W, 0.2)], Wish(kinds=("zvd",)), floor=False).candidates[1]
+    candidate = choose([ModeBox.around(W, 0.2)], Requirements(kinds=("zvd",)), floor=False).candidates[1]
     found = verify(
         system, "body.force", ["body.position"], candidate, BOXES, {}, command=Command(30.0, -2.0, 8.0)
     )  # fmt: skip
@@ -121,7 +121,7 @@ def test_outputs_that_drift_are_refused():
     """Without springs to the ground the chain moves on for ever under a force."""
     names = ["position[3]"]
     boxes = [ModeBox.around(W, 0.01)]
-    candidate = choose(boxes, Wish(kinds=("zvd",)), floor=False).candidates[1]
+    candidate = choose(boxes, Requirements(kinds=("zvd",)), floor=False).candidates[1]
     with pytest.raises(ComponentError, match=r"plant.position\[3\] does not settle after a step of plant.force"):
         verify(fmu_path("ThreeMassChain"), "force", names, candidate, boxes, {})
 
@@ -133,7 +133,7 @@ def test_what_makes_no_sense_is_refused():
         verified("zvd", {"damping": 0.1})
     with pytest.raises(ComponentError, match="no output vibrates"):
         verified("zvd", {}, command=Command(amplitude=0.0))
-    candidate = choose(BOXES, Wish(move=Move(1.0), kinds=("cycloid",))).candidates[0]
+    candidate = choose(BOXES, Requirements(move=Move(1.0), kinds=("cycloid",))).candidates[0]
     with pytest.raises(ComponentError, match="no shaper"):
         verify(fmu_path("MassSpringDamper"), "force", ["position"], candidate, BOXES, {})
     assert np.isfinite(verified("zv", {}).worst.share)
@@ -150,7 +150,7 @@ def test_boxes_come_from_experiments():
     zeta = [0.4 / (2.0 * math.sqrt(100.0 * m)) for m in masses]
     assert box.dampings == pytest.approx((min(zeta), max(zeta)), rel=2e-2)
     assert box.amplitudes == pytest.approx([0.01] * 3, rel=1e-2)
-    choice = choose([box], Wish(kinds=("zv", "zvd", "ei")), floor=False)
+    choice = choose([box], Requirements(kinds=("zv", "zvd", "ei")), floor=False)
     assert choice.recommended is not None
     tolerance = choice.recommended.start_values()["vibration_tolerance"]
     assert choice.recommended.sequence == shaper("ei", *box.centre, vibration_tolerance=tolerance)
@@ -176,7 +176,7 @@ def test_a_coupled_system_is_stepped_finely_enough():
     known = response()
     poles = [pole for pole in known.poles if pole.imag > 0.0]
     boxes = [ModeBox.around(abs(pole), -pole.real / abs(pole)) for pole in poles]
-    candidate = choose(boxes, Wish(kinds=("zv",)), floor=False).candidates[1]  # on the fast mode: the slow one stays
+    candidate = choose(boxes, Requirements(kinds=("zv",)), floor=False).candidates[1]  # on the fast mode: the slow one stays
     found = verify(loop, "controller.reference", ["chain.position[3]"], candidate, boxes, {}, tolerance=0.05)
     window = 1.5 * 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
     times = np.linspace(0.0, window, 20001)[1:]

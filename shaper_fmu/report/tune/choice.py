@@ -77,7 +77,7 @@ def sensitivity_figure(choice: Choice, k: int, compared: Sequence[Candidate]) ->
     lines = [
         Line(role(choice, one), w, 100.0 * np.array([left_of(one, float(x), zeta) for x in w])) for one in compared
     ]  # fmt: skip
-    tolerance = choice.wish.tolerance
+    tolerance = choice.requirements.tolerance
     title = f"Mode {k + 1}, identified as {span(low, high, 4)} rad/s: residual vibration (damping ratio {zeta:.3g})"
     levels = [(100.0 * tolerance, f"tolerance {percent(tolerance)}")]
     ends = [(low, f"{low:.4g}"), (box.natural_frequency.nominal, "nominal"), (high, f"{high:.4g}")]
@@ -113,7 +113,7 @@ def role(choice: Choice, candidate: Candidate) -> str:
 def trade_off_blocks(choice: Choice) -> list[Block]:
     """How much delay buys how little vibration."""
     words = "No shaper is both as short as one on the front and leaves less."
-    if choice.wish.nominal_tolerance < choice.wish.tolerance:
+    if choice.requirements.nominal_tolerance < choice.requirements.tolerance:
         words = (
             "No shaper is both as short as one on the front and leaves less: in the worst case, and nominally as far as that is "
             "above the nominal tolerance."
@@ -148,9 +148,9 @@ def trade_off_figure(choice: Choice) -> Figure:
     lines += [points("other shapers", inner, 4)] if inner else []
     lines.append(points(role(choice, best), [best], 1))
     levels = [(choice.floor, f"floor {choice.floor:.4g} s")] if choice.floor else []
-    if choice.wish.longest_delay < math.inf:
-        levels.append((choice.wish.longest_delay, f"longest delay {choice.wish.longest_delay:.4g} s"))
-    marks = [(100.0 * choice.wish.tolerance, f"tolerance {percent(choice.wish.tolerance)}")]
+    if choice.requirements.longest_delay < math.inf:
+        levels.append((choice.requirements.longest_delay, f"longest delay {choice.requirements.longest_delay:.4g} s"))
+    marks = [(100.0 * choice.requirements.tolerance, f"tolerance {percent(choice.requirements.tolerance)}")]
     below = f" ({_LEAST:g}: that or less)" if min(100.0 * one.worst_case for one in choice.candidates) < _LEAST else ""
     x_label = f"residual vibration in the worst case, proven [%]{below}"
     return Figure("trade_off", "Delay against robustness", x_label, "delay [s]", lines, levels, marks, log_x=True)
@@ -176,6 +176,6 @@ def front_table(choice: Choice) -> Table:
         shown = sorted([*shown, choice.nearest], key=lambda one: one.delay)
     rows = []
     for one in shown:
-        good = "yes" if fits(one, choice.wish) else "no"
+        good = "yes" if fits(one, choice.requirements) else "no"
         rows.append([role(choice, one), f"{one.delay:.5g}", percent(one.worst_case), percent(one.nominal), good])
     return Table("Shapers on the front, by rising delay", ["shaper", "delay [s]", "worst case", "nominal", "fits"], rows)

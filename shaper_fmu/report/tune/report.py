@@ -74,7 +74,7 @@ def recommendation_blocks(tuning: Tuning) -> list[Block]:
 
 def summary_table(tuning: Tuning, choice: Choice) -> Table:
     """The shaper's numbers and what was asked for."""
-    one, wish, seen = choice.nearest, choice.wish, tuning.verification
+    one, requirements, seen = choice.nearest, choice.requirements, tuning.verification
     against = any(one.code in CONTRADICTING for one in tuning.findings)
     known = "proven" if tuning.verdict in _PROVEN and not against else "if the modes were those found,"
     rows = [
@@ -86,13 +86,13 @@ def summary_table(tuning: Tuning, choice: Choice) -> Table:
     if seen is not None:
         rows.append(["on the plant, nominal", percent(seen.nominal.share)])
         rows.append(["on the plant, worst", percent(seen.worst.share)])
-    rows.append(["tolerance", percent(wish.tolerance)])
-    if wish.nominal_tolerance < 1.0:
-        rows.append(["nominal tolerance", percent(wish.nominal_tolerance)])
-    if wish.longest_delay < float("inf"):
-        rows.append(["longest delay", f"{wish.longest_delay:.6g} s"])
-    rows += [["margin of the frequencies", percent(wish.frequency_margin)]] if wish.frequency_margin else []
-    rows += [["margin of the damping ratios", percent(wish.damping_margin)]] if wish.damping_margin else []
+    rows.append(["tolerance", percent(requirements.tolerance)])
+    if requirements.nominal_tolerance < 1.0:
+        rows.append(["nominal tolerance", percent(requirements.nominal_tolerance)])
+    if requirements.longest_delay < float("inf"):
+        rows.append(["longest delay", f"{requirements.longest_delay:.6g} s"])
+    rows += [["margin of the frequencies", percent(requirements.frequency_margin)]] if requirements.frequency_margin else []
+    rows += [["margin of the damping ratios", percent(requirements.damping_margin)]] if requirements.damping_margin else []
     if choice.floor:
         rows.append(["floor: no positive shaper that fits is shorter", f"{choice.floor:.6g} s"])
     rows += [[f"varied: {name}", f"± {percent(share)}"] for name, share in tuning.spread.items()]

@@ -13,7 +13,7 @@ from shaper_fmu.design.specified_insensitivity import MOST_DAMPED, TOLERANCES, c
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.tune.choice.bounds import proven
 from shaper_fmu.tune.choice.boxes import UNDAMPED, ModeBox, shares
-from shaper_fmu.tune.choice.wish import Wish
+from shaper_fmu.tune.choice.requirements import Requirements
 
 ROOM = 1e-4
 """Share of the tolerance that is kept free of rounding."""
@@ -48,7 +48,7 @@ class _Condition:
 def specified(
     boxes: Sequence[ModeBox],
     modes: tuple[int, ...],
-    wish: Wish,
+    requirements: Requirements,
     attempt: Callable[[Callable[[], ImpulseSequence]], ImpulseSequence | None],
 ) -> ImpulseSequence | None:
     """Specified insensitivity for these modes, as loose as the worst case of all modes allows; the others are left alone.
@@ -59,10 +59,10 @@ def specified(
     """
     parts = shares(boxes)
     shaped = parts[list(modes)].sum(axis=0)
-    conditions = [_Condition(wish.tolerance, shaped, TOLERANCES[0])]
+    conditions = [_Condition(requirements.tolerance, shaped, TOLERANCES[0])]
     places = [list(boxes)]
-    if wish.nominal_stricter:
-        conditions.append(_Condition(wish.nominal_tolerance, shaped, _LEAST_NOMINAL))
+    if requirements.nominal_stricter:
+        conditions.append(_Condition(requirements.nominal_tolerance, shaped, _LEAST_NOMINAL))
         places.append([box.at_nominal for box in boxes])
     allowed = [one.loosest() for one in conditions]
     if not all(one.possible for one in conditions) or allowed[0] < TOLERANCES[0]:

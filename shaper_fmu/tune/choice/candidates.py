@@ -16,7 +16,7 @@ from shaper_fmu.kinds.shapers import SHAPERS
 from shaper_fmu.tune.choice.bands import ROOM, specified
 from shaper_fmu.tune.choice.bounds import proven
 from shaper_fmu.tune.choice.boxes import ModeBox, shares
-from shaper_fmu.tune.choice.wish import NEGATIVE, POSITIVE, Wish
+from shaper_fmu.tune.choice.requirements import NEGATIVE, POSITIVE, Requirements
 
 MOST_MODES = 4
 """Modes that are shaped, those with the largest shares: as many as an InputShaper has."""
@@ -174,35 +174,35 @@ class _Way:
     tolerance: float
 
 
-def _ways(boxes: Sequence[ModeBox], wish: Wish) -> list[_Way]:
+def _ways(boxes: Sequence[ModeBox], requirements: Requirements) -> list[_Way]:
     """For the middles of the boxes; with a nominal condition also for the nominal points, and there EI shapers within it."""
     centres, nominal = tuple(box.centre for box in boxes), tuple(box.nominal for box in boxes)
-    wanted = wish.tolerance * (1.0 - ROOM)
+    wanted = requirements.tolerance * (1.0 - ROOM)
     ways = [_Way(centres, wanted)]
-    if wish.nominal_asked:
-        ways += [_Way(nominal, min(one, wanted)) for one in (wanted, wish.nominal_tolerance * (1.0 - ROOM))]
+    if requirements.nominal_asked:
+        ways += [_Way(nominal, min(one, wanted)) for one in (wanted, requirements.nominal_tolerance * (1.0 - ROOM))]
     return list(dict.fromkeys(ways))
 
 
-def designs(boxes: Sequence[ModeBox], wish: Wish) -> Designs:
+def designs(boxes: Sequence[ModeBox], requirements: Requirements) -> Designs:
     """All designs for modes in these boxes."""
     found = Designs()
     parts = shares(boxes).max(axis=1)
     order = sorted((k for k in range(len(boxes)) if parts[k] > 0.0), key=lambda k: -parts[k])[:MOST_MODES]
     important = sorted(order)
-    kinds = [kind for kind in (*POSITIVE, *NEGATIVE) if wish.wants(kind)]
-    ways = _ways(boxes, wish)
+    kinds = [kind for kind in (*POSITIVE, *NEGATIVE) if requirements.wants(kind)]
+    ways = _ways(boxes, requirements)
     for way in ways:
-        made = [_of_kind(found, kind, boxes, important, wish.tolerance, way) for kind in kinds]
+        made = [_of_kind(found, kind, boxes, important, requirements.tolerance, way) for kind in kinds]
         for factors in made:
             if len(factors) == len(important):
                 found.add(factors)
         found.by_mode.append([[f for factors in made for f in factors if f.modes == (k,)] for k in important])
-    if wish.wants("si"):
+    if requirements.wants("si"):
         for count in range(1, len(order) + 1):
-            _specified(found, boxes, tuple(sorted(order[:count])), wish)
+            _specified(found, boxes, tuple(sorted(order[:count])), requirements)
     for kind in ("direct_zv", "direct_zvd"):
-        if wish.wants(kind) and len(order) > 1:
+        if requirements.wants(kind) and len(order) > 1:
             for places in dict.fromkeys(way.places for way in ways):
                 _direct(found, kind, places, tuple(sorted(order[:2])))
     return found
@@ -249,10 +249,10 @@ def _tightened(make: Callable[[float], ImpulseSequence], first: float, wanted: f
     return first
 
 
-def _specified(found: Designs, boxes: Sequence[ModeBox], modes: tuple[int, ...], wish: Wish) -> None:
+def _specified(found: Designs, boxes: Sequence[ModeBox], modes: tuple[int, ...], requirements: Requirements) -> None:
     places = tuple(box.centre for box in boxes)
     name = f"SI on {' and '.join(f'{places[k][0]:.4g}' for k in modes)} rad/s"
-    sequence = specified(boxes, modes, wish, lambda make: found.attempt(name, make))
+    sequence = specified(boxes, modes, requirements, lambda make: found.attempt(name, make))
     if sequence is not None:
         _add(found, places, "si", modes, sequence)
 

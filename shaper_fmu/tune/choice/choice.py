@@ -9,56 +9,63 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from shaper_fmu.errors import ArgumentError
+from shaper_fmu.renamed import renamed_argument
 from shaper_fmu.tune.choice.bands import shortest
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.candidates import designs
 from shaper_fmu.tune.choice.moves import profiles
 from shaper_fmu.tune.choice.reasons import recommendation
+from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.result import Choice, fits, quick, shortest_of
 from shaper_fmu.tune.choice.search import Candidate, Search, front, order
-from shaper_fmu.tune.choice.wish import Wish
 
 
-def choose(modes: Sequence[ModeBox], wish: Wish | None = None, *, floor: bool = True) -> Choice:
-    """Bound every shaper (and profile, for a move) over the modes' boxes, and recommend the shortest that fits the wish.
+@renamed_argument("wish", "requirements")
+def choose(modes: Sequence[ModeBox], requirements: Requirements | None = None, *, floor: bool = True) -> Choice:
+    """Bound every shaper (and profile, for a move) over the modes' boxes, and recommend the shortest that fits the requirements.
 
     Without `floor` it is not computed, which may save up to a second for several damped modes.
 
     Raises ArgumentError for no modes, and for modes of which none swings.
     """
-    wish = wish or Wish()
+    requirements = requirements or Requirements()
     if not modes:
         raise ArgumentError("there is no mode: nothing vibrates, so that no shaper is needed")
-    boxes = tuple(box.widened(wish.frequency_margin, wish.damping_margin) for box in modes)
-    found = designs(boxes, wish)
-    search = Search(boxes, wish)
+    boxes = tuple(box.widened(requirements.frequency_margin, requirements.damping_margin) for box in modes)
+    found = designs(boxes, requirements)
+    search = Search(boxes, requirements)
     for design in found.plain:
         search.add(design)
-    for law in profiles(boxes, wish, found.left_out):
+    for law in profiles(boxes, requirements, found.left_out):
         search.add_profile(law)
     search.mix(found)
     candidates = tuple(sorted(search.candidates, key=order))
-    fitting = [one for one in candidates if fits(one, wish)]
+    fitting = [one for one in candidates if fits(one, requirements)]
     recommended = shortest_of(fitting) if fitting else None
-    least = shortest(boxes, wish.tolerance, wish.nominal_tolerance) if floor and wish.move is None else None
+    least = shortest(boxes, requirements.tolerance, requirements.nominal_tolerance) if floor and requirements.move is None else None
     choice = Choice(
-        boxes, wish, candidates, tuple(search.dominated), _front(candidates, wish, recommended), recommended,
-        recommended or nearest_of([one for one in candidates if quick(one, wish)], wish), least, "", tuple(found.left_out),
+        boxes, requirements, candidates, tuple(search.dominated), _front(candidates, requirements, recommended), recommended,
+        recommended or nearest_of([one for one in candidates if quick(one, requirements)], requirements),
+        least, "", tuple(found.left_out),
     )  # fmt: skip
     return replace(choice, reason=recommendation(choice))
 
 
-def nearest_of(candidates: Sequence[Candidate], wish: Wish) -> Candidate:
+def nearest_of(candidates: Sequence[Candidate], requirements: Requirements) -> Candidate:
     """The candidate that leaves least, in terms of the tolerances."""
     return min(
         candidates,
-        key=lambda one: (max(one.worst_case / wish.tolerance, one.nominal / wish.nominal_tolerance), one.worst_case, one.delay),
+        key=lambda one: (
+            max(one.worst_case / requirements.tolerance, one.nominal / requirements.nominal_tolerance),
+            one.worst_case,
+            one.delay,
+        ),
     )
 
 
-def _front(candidates: Sequence[Candidate], wish: Wish, recommended: Candidate | None) -> tuple[Candidate, ...]:
+def _front(candidates: Sequence[Candidate], requirements: Requirements, recommended: Candidate | None) -> tuple[Candidate, ...]:
     """The front; the one recommended is on it, even if a custom sequence of the same length leaves less."""
-    kept = front(candidates, wish)
+    kept = front(candidates, requirements)
     if recommended is not None and not any(one is recommended for one in kept):
         kept.append(recommended)
     return tuple(sorted(kept, key=order))

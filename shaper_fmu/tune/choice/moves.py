@@ -16,7 +16,7 @@ from shaper_fmu.profiles.limits import NO_LIMIT
 from shaper_fmu.tune.choice.bounds import remaining
 from shaper_fmu.tune.choice.boxes import ModeBox, shares
 from shaper_fmu.tune.choice.candidates import LeftOut
-from shaper_fmu.tune.choice.wish import PROFILES, Move, Wish
+from shaper_fmu.tune.choice.requirements import PROFILES, Move, Requirements
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _PANEL = 2.0
@@ -57,19 +57,19 @@ def as_impulses(law: Profile, highest: float) -> ImpulseSequence:
     return ImpulseSequence(tuple(moves), (*np.concatenate(times), law.duration))
 
 
-def profiles(boxes: Sequence[ModeBox], wish: Wish, left_out: list[LeftOut]) -> Iterator[Profile]:
+def profiles(boxes: Sequence[ModeBox], requirements: Requirements, left_out: list[LeftOut]) -> Iterator[Profile]:
     """Profiles of each kind whose V is less than that of all shorter ones of the kind, as far as a grid shows."""
-    if wish.move is None:
+    if requirements.move is None:
         return
-    fastest = fastest_move(wish.move).duration
+    fastest = fastest_move(requirements.move).duration
     parts = shares(boxes)
     box = boxes[int(np.argmax(parts.max(axis=1)))]
-    modes = dict.fromkeys([box.centre, box.nominal] if wish.nominal_asked else [box.centre])
+    modes = dict.fromkeys([box.centre, box.nominal] if requirements.nominal_asked else [box.centre])
     slowest = min(box.natural_frequency.low for box in boxes)
-    longest = fastest + min(wish.longest_delay, 2.0 * math.pi * _PERIODS / slowest)
-    for kind, mode in itertools.product(filter(wish.wants, PROFILES), modes):
+    longest = fastest + min(requirements.longest_delay, 2.0 * math.pi * _PERIODS / slowest)
+    for kind, mode in itertools.product(filter(requirements.wants, PROFILES), modes):
         try:
-            yield from _Kind(kind, wish, mode, boxes, parts).improving(fastest, longest)
+            yield from _Kind(kind, requirements, mode, boxes, parts).improving(fastest, longest)
         except ComponentError as error:
             told = LeftOut(kind.replace("_", " "), str(error))
             left_out += [told] if told not in left_out else []
@@ -78,10 +78,12 @@ def profiles(boxes: Sequence[ModeBox], wish: Wish, left_out: list[LeftOut]) -> I
 class _Kind:
     """The profiles of a kind, by their duration."""
 
-    def __init__(self, kind: str, wish: Wish, mode: tuple[float, float], boxes: Sequence[ModeBox], parts: np.ndarray):
-        assert wish.move is not None  # profiles are for moves only
-        self._kind, self._move, self._mode, self._boxes, self._parts = kind, wish.move, mode, boxes, parts
-        self._tolerances = np.array([wish.tolerance, wish.nominal_tolerance]) * (1.0 - _ROOM)
+    def __init__(
+        self, kind: str, requirements: Requirements, mode: tuple[float, float], boxes: Sequence[ModeBox], parts: np.ndarray
+    ):
+        assert requirements.move is not None  # profiles are for moves only
+        self._kind, self._move, self._mode, self._boxes, self._parts = kind, requirements.move, mode, boxes, parts
+        self._tolerances = np.array([requirements.tolerance, requirements.nominal_tolerance]) * (1.0 - _ROOM)
         self._highest = max(box.natural_frequency.high for box in boxes)
 
     def improving(self, fastest: float, longest: float) -> Iterator[Profile]:

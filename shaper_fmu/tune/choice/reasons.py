@@ -22,10 +22,10 @@ def recommendation(choice: Choice) -> str:
     """The reason of a recommendation; where nothing fits, which comes nearest and what would make it fit."""
     if choice.recommended is None:
         return _nothing_fits(choice)
-    best, wish = choice.recommended, choice.wish
-    where = f"within {percent(wish.tolerance)} over {ranges(choice.boxes)}"
-    if wish.nominal_stricter:
-        where += f" and within {percent(wish.nominal_tolerance)} nominally"
+    best, requirements = choice.recommended, choice.requirements
+    where = f"within {percent(requirements.tolerance)} over {ranges(choice.boxes)}"
+    if requirements.nominal_stricter:
+        where += f" and within {percent(requirements.nominal_tolerance)} nominally"
     if best.delay == 0.0:
         return f"{best.name}: no shaper is needed, it is {where} and leaves at most {left(best)}{_nominally(choice, best)}"
     text = f"{best.name}: shortest of those {where}, {best.delay:.4g} s later than unshaped; it leaves at most {left(best)}"
@@ -33,7 +33,7 @@ def recommendation(choice: Choice) -> str:
     shorter = [one for one in choice.front if one.delay < best.delay * (1.0 - SAME)]
     if len(shorter) > 1:  # the first is unshaped
         other = shorter[-1]
-        only_nominally = other.worst_case <= wish.tolerance
+        only_nominally = other.worst_case <= requirements.tolerance
         leaves = f"leaves {percent(other.nominal)} nominally" if only_nominally else f"may leave {left(other)}"
         text += f". {other.name} is {best.delay - other.delay:.3g} s shorter but {leaves}"
     return text + _floor(choice, best)
@@ -88,27 +88,27 @@ def _floor(choice: Choice, best: Candidate) -> str:
 
 
 def _nothing_fits(choice: Choice) -> str:
-    wish, nearest = choice.wish, choice.nearest
-    asked = [f"a tolerance of {percent(wish.tolerance)}"]
-    if wish.nominal_stricter:
-        asked.append(f"a nominal tolerance of {percent(wish.nominal_tolerance)}")
-    if math.isfinite(wish.longest_delay):
-        asked.append(f"a delay of {wish.longest_delay:.4g} s")
+    requirements, nearest = choice.requirements, choice.nearest
+    asked = [f"a tolerance of {percent(requirements.tolerance)}"]
+    if requirements.nominal_stricter:
+        asked.append(f"a nominal tolerance of {percent(requirements.nominal_tolerance)}")
+    if math.isfinite(requirements.longest_delay):
+        asked.append(f"a delay of {requirements.longest_delay:.4g} s")
     text = (
         f"nothing fits {', '.join(asked[:-1])}{' and ' if len(asked) > 1 else ''}{asked[-1]} over {ranges(choice.boxes)}. "
         f"{nearest.name} comes nearest: {nearest.delay:.4g} s later than unshaped, it may leave {left(nearest)}"
     )
-    if wish.nominal_stricter:
+    if requirements.nominal_stricter:
         text += _nominally(choice, nearest)
     ways = _larger_tolerances(choice)
-    good = [one for one in choice.candidates if fits(one, replace(wish, longest_delay=math.inf))]
+    good = [one for one in choice.candidates if fits(one, replace(requirements, longest_delay=math.inf))]
     if good:
         best = shortest_of(good)
         ways.append(f"a delay of {rounded_up(best.delay):.4g} s ({best.name})")
     narrower = narrowed(choice)
     if narrower is not None:
         ways.append(f"modes that stay within {ranges(narrower[1])} ({narrower[0].name})")
-    if not wish.allow_negative and wish.kinds is None and not good:
+    if not requirements.allow_negative and requirements.kinds is None and not good:
         ways.append("perhaps negative impulses, if the actuator can follow them (allow_negative)")
     if not ways:
         return f"{text}. Neither a longer delay nor a narrower range makes one of these kinds fit"
@@ -117,16 +117,16 @@ def _nothing_fits(choice: Choice) -> str:
 
 def _larger_tolerances(choice: Choice) -> list[str]:
     """The least tolerance, and the least nominal one, for which a candidate within the delay fits; both where one is not enough."""
-    wish = choice.wish
-    candidates = [one for one in choice.candidates if quick(one, wish)]
-    if not wish.nominal_stricter:
+    requirements = choice.requirements
+    candidates = [one for one in choice.candidates if quick(one, requirements)]
+    if not requirements.nominal_stricter:
         return [f"a tolerance of {text} ({one.name})" for one in [choice.nearest] if (text := _as_much(one.worst_case))]
     ways = []
-    nominally = [one for one in candidates if one.nominal <= wish.nominal_tolerance]
+    nominally = [one for one in candidates if one.nominal <= requirements.nominal_tolerance]
     if nominally:
         one = min(nominally, key=lambda one: (one.worst_case, one.delay))
         ways += [f"a tolerance of {text} ({one.name})"] if (text := _as_much(one.worst_case)) else []
-    in_range = [one for one in candidates if one.worst_case <= wish.tolerance]
+    in_range = [one for one in candidates if one.worst_case <= requirements.tolerance]
     if in_range:
         one = min(in_range, key=lambda one: (one.nominal, one.delay))
         ways.append(f"a nominal tolerance of {_as_much(one.nominal)} ({one.name})")
@@ -154,12 +154,12 @@ def narrowed(choice: Choice) -> tuple[Candidate, list[ModeBox]] | None:
     They are about the middles of the boxes, with a nominal condition about the nominal points. Proven for that candidate; None if
     even exactly known modes do not help.
     """
-    wish = choice.wish
+    requirements = choice.requirements
     if _exactly_known(choice.boxes):
         return None
     widest, chosen = 0.0, None
     for candidate in choice.candidates:
-        if candidate.delay <= wish.longest_delay and candidate.profile is None and candidate.delay > 0.0:
+        if candidate.delay <= requirements.longest_delay and candidate.profile is None and candidate.delay > 0.0:
             factor = _widest(choice, candidate)
             if factor > widest:
                 widest, chosen = factor, candidate
@@ -167,24 +167,24 @@ def narrowed(choice: Choice) -> tuple[Candidate, list[ModeBox]] | None:
         widest *= _NOT_SEEN
         boxes = _scaled(choice, widest)
         assert chosen is not None
-        proven = Search(boxes, wish).add(chosen.design)
-        if fits(proven, wish):
+        proven = Search(boxes, requirements).add(chosen.design)
+        if fits(proven, requirements):
             return proven, boxes
     return None
 
 
 def _scaled(choice: Choice, factor: float) -> list[ModeBox]:
-    return [box.scaled(factor, nominally=choice.wish.nominal_asked) for box in choice.boxes]
+    return [box.scaled(factor, nominally=choice.requirements.nominal_asked) for box in choice.boxes]
 
 
 def _widest(choice: Choice, candidate: Candidate) -> float:
     """The largest factor for the widths of the boxes at which the candidate seems to fit; 0 if there is none."""
-    wish = choice.wish
-    search = Search(_scaled(choice, 1.0), wish)
+    requirements = choice.requirements
+    search = Search(_scaled(choice, 1.0), requirements)
 
     def fitting(factor: float) -> bool:
         level, nominal = search.levels([remaining(candidate.sequence, box) for box in _scaled(choice, factor)])
-        return level <= wish.tolerance and nominal <= wish.nominal_tolerance
+        return level <= requirements.tolerance and nominal <= requirements.nominal_tolerance
 
     low, high = 0.0, 1.0
     if not fitting(low):

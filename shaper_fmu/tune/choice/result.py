@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from shaper_fmu.renamed import warn_renamed
 from shaper_fmu.tune.choice.bands import shortest
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.candidates import LeftOut
+from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.search import SAME, Candidate, Dominated
-from shaper_fmu.tune.choice.wish import Wish
 
 
 @dataclass(frozen=True)
@@ -17,12 +18,12 @@ class Choice:
     """What `choose` has found.
 
     Attributes:
-        boxes: the modes with the wished margins.
-        wish: what was asked for.
+        boxes: the modes with the required margins.
+        requirements: what was asked for.
         candidates: all that was bounded, by rising delay.
         dominated: combinations of shapers that were not bounded, since others are no worse.
         front: candidates than which none is both as short and leaves less (in the worst case, and nominally as far as it is above
-            the wish's nominal tolerance), and the one recommended, by rising delay.
+            the nominal tolerance), and the one recommended, by rising delay.
         recommended: the shortest candidate that fits; None if none fits.
         nearest: the one recommended, or else the candidate within the delay that leaves least, in terms of the tolerances.
         floor: no shaper of positive impulses that fits is shorter [s]; None if unknown, and for a move.
@@ -31,7 +32,7 @@ class Choice:
     """
 
     boxes: tuple[ModeBox, ...]
-    wish: Wish
+    requirements: Requirements
     candidates: tuple[Candidate, ...]
     dominated: tuple[Dominated, ...]
     front: tuple[Candidate, ...]
@@ -41,26 +42,36 @@ class Choice:
     reason: str
     left_out: tuple[LeftOut, ...]
 
+    @property
+    def wish(self) -> Requirements:
+        """The old name of `requirements`."""
+        warn_renamed("Choice.wish", "Choice.requirements")
+        return self.requirements
+
     def to_floor(self, candidate: Candidate) -> float | None:
         """How much longer a candidate is than the shortest positive shaper that leaves no more than it, as a share.
 
         None where no floor is known: negative impulses, a profile, no impulse after the first, or a box that is too wide.
         """
-        if self.wish.move is not None or min(candidate.sequence.amplitudes) < 0.0 or not 0.0 < candidate.worst_case < 1.0:
+        if self.requirements.move is not None or min(candidate.sequence.amplitudes) < 0.0 or not 0.0 < candidate.worst_case < 1.0:
             return None
-        nominal = max(candidate.nominal, self.wish.nominal_tolerance)
+        nominal = max(candidate.nominal, self.requirements.nominal_tolerance)
         floor = shortest(self.boxes, candidate.worst_case, nominal)
         return candidate.delay / floor - 1.0 if floor else None
 
 
-def quick(candidate: Candidate, wish: Wish) -> bool:
+def quick(candidate: Candidate, requirements: Requirements) -> bool:
     """Whether a candidate is within the longest delay."""
-    return candidate.delay <= wish.longest_delay * (1.0 + SAME)
+    return candidate.delay <= requirements.longest_delay * (1.0 + SAME)
 
 
-def fits(candidate: Candidate, wish: Wish) -> bool:
+def fits(candidate: Candidate, requirements: Requirements) -> bool:
     """Whether a candidate is within both tolerances and the longest delay."""
-    return candidate.worst_case <= wish.tolerance and candidate.nominal <= wish.nominal_tolerance and quick(candidate, wish)
+    return (
+        candidate.worst_case <= requirements.tolerance
+        and candidate.nominal <= requirements.nominal_tolerance
+        and quick(candidate, requirements)
+    )
 
 
 def shortest_of(candidates: Sequence[Candidate]) -> Candidate:

@@ -24,7 +24,7 @@ from shaper_fmu.tune.choice.bounds import proven, remaining
 from shaper_fmu.tune.choice.boxes import ModeBox, shares
 from shaper_fmu.tune.choice.candidates import MOST_CUSTOM, Design, Designs, words
 from shaper_fmu.tune.choice.moves import as_impulses, fastest_move
-from shaper_fmu.tune.choice.wish import Wish
+from shaper_fmu.tune.choice.requirements import Requirements
 
 SAME = 1e-9
 """Durations that differ by less than this share are the same."""
@@ -72,7 +72,7 @@ class Dominated:
         design: which one.
         at_least: of its worst case, seen at some points of the boxes.
         nominal: level at the modes' nominal points.
-        by: a candidate that is no longer, and leaves no more: in the worst case, and nominally as far as it is above the wish's
+        by: a candidate that is no longer, and leaves no more: in the worst case, and nominally as far as it is above the required
             nominal tolerance.
     """
 
@@ -85,13 +85,13 @@ class Dominated:
 class Search:
     """Bounds of designs over the modes' boxes."""
 
-    def __init__(self, boxes: Sequence[ModeBox], wish: Wish):
-        self.boxes, self.wish, self.shares = boxes, wish, shares(boxes)
+    def __init__(self, boxes: Sequence[ModeBox], requirements: Requirements):
+        self.boxes, self.requirements, self.shares = boxes, requirements, shares(boxes)
         self.candidates: list[Candidate] = []
         self.dominated: list[Dominated] = []
         self._points = [box.at_nominal for box in boxes]
         self._highest = max(box.natural_frequency.high for box in boxes)
-        self._base = fastest_move(wish.move) if wish.move is not None else None
+        self._base = fastest_move(requirements.move) if requirements.move is not None else None
         self._base_bounds, self._base_nominal = np.ones(len(boxes)), np.ones(len(boxes))
         if self._base is not None and self._base.duration > 0.0:
             moves = as_impulses(self._base, self._highest)
@@ -127,13 +127,13 @@ class Search:
         """Bound the combinations that could be of use; the others are dominated by what is bounded already."""
         factors = {id(one): one for way in found.by_mode for of_mode in way for one in of_mode}
         left = {key: np.array([remaining(one.sequence, box) for box in self.boxes]) for key, one in factors.items()}
-        best = front(sorted(self.candidates, key=order), self.wish)
+        best = front(sorted(self.candidates, key=order), self.requirements)
         for design in sorted(found.mixed(), key=lambda one: one.delay):
             values = np.ones((len(self.boxes), 1), complex)
             for factor in design.factors:
                 values = values * left[id(factor)]
             level, nominal = self.levels(values)
-            winner = next((one for one in best if _beats(one, design, level, nominal, self.wish)), None)
+            winner = next((one for one in best if _beats(one, design, level, nominal, self.requirements)), None)
             if winner is not None:
                 self.dominated.append(Dominated(design, level, nominal, winner))
             elif not design.by_kind and len(design.sequence.delays) > MOST_CUSTOM:
@@ -159,7 +159,7 @@ class Search:
         return np.array([proven(sequence, point).bound for point in self._points])
 
 
-def _beats(one: Candidate, design: Design, level: float, nominal: float, wish: Wish) -> bool:
+def _beats(one: Candidate, design: Design, level: float, nominal: float, requirements: Requirements) -> bool:
     """Whether a candidate makes a design useless that leaves at least so much.
 
     One that an InputShaper designs by its kind is of use, too, where only a custom sequence of the same length beats it.
@@ -167,7 +167,7 @@ def _beats(one: Candidate, design: Design, level: float, nominal: float, wish: W
     return (
         one.delay <= design.delay
         and one.worst_case <= level
-        and max(one.nominal, wish.nominal_tolerance) <= max(nominal, wish.nominal_tolerance)
+        and max(one.nominal, requirements.nominal_tolerance) <= max(nominal, requirements.nominal_tolerance)
         and (one.design.by_kind or not design.by_kind or one.delay < design.delay * (1.0 - SAME))
     )
 
@@ -177,14 +177,14 @@ def order(candidate: Candidate) -> tuple[float, float, float]:
     return candidate.delay, candidate.worst_case, candidate.nominal
 
 
-def front(candidates: Sequence[Candidate], wish: Wish) -> list[Candidate]:
+def front(candidates: Sequence[Candidate], requirements: Requirements) -> list[Candidate]:
     """Those than which none is as short and leaves less, nor less nominally; candidates in `order`.
 
-    A nominal level counts as far as it is above the wish's nominal tolerance.
+    A nominal level counts as far as it is above the required nominal tolerance.
     """
     kept: list[Candidate] = []
     for one in candidates:
-        limit = max(one.nominal, wish.nominal_tolerance)
+        limit = max(one.nominal, requirements.nominal_tolerance)
         if not any(other.worst_case <= one.worst_case and other.nominal <= limit for other in kept):
             kept.append(one)
     return kept

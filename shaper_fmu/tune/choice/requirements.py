@@ -1,4 +1,4 @@
-"""What the user wants of a shaper."""
+"""The requirements that a shaper has to meet."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class Move:
 
 
 @dataclass(frozen=True)
-class Wish:
-    """What a shaper shall do.
+class Requirements:
+    """What a shaper has to achieve.
 
     Attributes:
         tolerance: residual vibration at the end of the command, as a share of what the unshaped step excites at its time (V of
