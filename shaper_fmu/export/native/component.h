@@ -7,6 +7,21 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __GNUC__
+#define COLD __attribute__((cold))
+#define OUT_OF_LINE __attribute__((noinline))
+#define LIKE_PRINTF __attribute__((format(printf, 3, 4)))
+#else
+#define COLD
+#define OUT_OF_LINE
+#define LIKE_PRINTF
+#endif
+
+/* Refused by the compiler where it does not hold. */
+#define REQUIRED(what, holds) typedef char what[(holds) ? 1 : -1]
+
+REQUIRED(a_double_has_8_bytes_and_an_int_4, sizeof(double) == 8 && sizeof(int) == 4);
+
 #define NO_EVENT 1e300
 
 typedef enum { REAL, INTEGER, BOOLEAN, ENUMERATION } Kind;
@@ -171,8 +186,8 @@ Status set_slope(Instance *, const Variable *, int element, int order, double va
 int check_null(Instance *, const void *pointer, size_t n, const char *function);
 
 /* messages.c */
-Status refuse(Instance *, Status, const char *format, ...) __attribute__((cold, format(printf, 3, 4)));
-__attribute__((cold)) Status kernel_failure(Instance *, const unsigned char *record, int status, double t);
+LIKE_PRINTF COLD Status refuse(Instance *, Status, const char *format, ...);
+COLD Status kernel_failure(Instance *, const unsigned char *record, int status, double t);
 void put_label(char *text, int size, const Variable *, int element);
 Status set_logging(Instance *, int on, size_t categories, const char *const category[]);
 

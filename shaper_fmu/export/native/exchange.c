@@ -4,7 +4,9 @@
 
 #include <math.h>
 
-static double *real_at(const Instance *instance, const Variable *v, int element) { return field(instance, v, element); }
+static double *real_at(const Instance *instance, const Variable *v, int element) {
+    return (double *)field(instance, v, element);
+}
 
 static const Variable *state_at(size_t i) { return &component.variable[component.state[i].variable]; }
 

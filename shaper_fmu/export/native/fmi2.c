@@ -9,7 +9,7 @@
 #define WRITABLE (INSTANTIATED | INITIALIZING | STEPPING | EVENT | CONTINUOUS)
 #define ANY (READABLE | WRITABLE)
 #define REQUIRE(phases) \
-    Instance *instance = c; \
+    Instance *instance = (Instance *)c; \
     if (!allowed(instance, __func__, phases)) return fmi2Error
 
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
@@ -42,7 +42,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
 }
 
 void fmi2FreeInstance(fmi2Component c) {
-    if (c) free_instance(c);
+    if (c) free_instance((Instance *)c);
 }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
@@ -81,7 +81,7 @@ static int is_known(fmi2ValueReference vr, int kinds) {
 /* The variable of a value reference, if it is of one of these kinds; else null, and says so. */
 static const Variable *find(Instance *instance, fmi2ValueReference vr, int kinds, const char *type) {
     if (vr >= (unsigned)component.scalars) {
-        refuse(instance, ERROR, "%s: there is no variable with the value reference %u", component.name, vr);
+        refuse(instance, ERROR, "%s: there is no variable with the value reference %u", component.name, (unsigned)vr);
         return 0;
     }
     const Variable *v = &component.variable[component.scalar[vr].variable];
@@ -94,9 +94,9 @@ static const Variable *find(Instance *instance, fmi2ValueReference vr, int kinds
 
 /* One value of an instance that is up to date needs none of the checks' calls: most reads are such. */
 #define GETTER(Name, Type, kinds, Stored) \
-    static __attribute__((noinline)) fmi2Status get_##Name(const char *function, fmi2Component c, const fmi2ValueReference vr[], \
-                                                           size_t nvr, Type value[]) { \
-        Instance *instance = c; \
+    static OUT_OF_LINE fmi2Status get_##Name(const char *function, fmi2Component c, const fmi2ValueReference vr[], size_t nvr, \
+                                             Type value[]) { \
+        Instance *instance = (Instance *)c; \
         if (!allowed(instance, function, READABLE)) return fmi2Error; \
         if (!check_null(instance, vr, nvr, function) || !check_null(instance, value, nvr, function)) return fmi2Error; \
         if (refresh(instance)) return fmi2Error; \
@@ -108,7 +108,7 @@ static const Variable *find(Instance *instance, fmi2ValueReference vr, int kinds
         return fmi2OK; \
     } \
     fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, Type value[]) { \
-        const Instance *instance = c; \
+        const Instance *instance = (const Instance *)c; \
         int ready = instance && instance->phase & READABLE && !instance->stale && !instance->tried; \
         if (!(ready && nvr == 1 && vr && value && is_known(*vr, kinds))) return get_##Name(__func__, c, vr, nvr, value); \
         *value = *(const Stored *)(instance->record + component.scalar[*vr].offset); \
@@ -206,7 +206,10 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo) {
     REQUIRE(EXCHANGE_ONLY | EVENT);
     if (!check_null(instance, eventInfo, 1, __func__) || refresh(instance)) return fmi2Error;
     double due = next_solver_event(instance);
-    *eventInfo = (fmi2EventInfo){fmi2False, fmi2False, fmi2False, fmi2False, due < NO_EVENT ? fmi2True : fmi2False, due};
+    eventInfo->newDiscreteStatesNeeded = eventInfo->terminateSimulation = fmi2False;
+    eventInfo->nominalsOfContinuousStatesChanged = eventInfo->valuesOfContinuousStatesChanged = fmi2False;
+    eventInfo->nextEventTimeDefined = due < NO_EVENT ? fmi2True : fmi2False;
+    eventInfo->nextEventTime = due;
     return fmi2OK;
 }
 
@@ -305,17 +308,23 @@ static fmi2Status no_status(Instance *instance, const char *function) {
     return (fmi2Status)refuse(instance, DISCARD, "%s: %s knows nothing of this kind", component.name, function);
 }
 
-#define STATUS_GETTER(Name, Type, kind, answer) \
+#define STATUS_GETTER(Name, Type, known, answer) \
     fmi2Status fmi2Get##Name(fmi2Component c, const fmi2StatusKind s, Type *value) { \
         REQUIRE(STEPS_ONLY | STEPPING | TERMINATED | FAILED); \
         if (!check_null(instance, value, 1, __func__)) return fmi2Error; \
-        if ((int)s != (kind)) return no_status(instance, __func__); \
+        if (!(known)) return no_status(instance, __func__); \
         *value = answer; \
         return fmi2OK; \
     }
 
-STATUS_GETTER(Status, fmi2Status, fmi2DoStepStatus, (fmi2Status)instance->step_status)
-STATUS_GETTER(RealStatus, fmi2Real, fmi2LastSuccessfulTime, instance->time)
-STATUS_GETTER(BooleanStatus, fmi2Boolean, fmi2Terminated, fmi2False)
-STATUS_GETTER(IntegerStatus, fmi2Integer, -1, 0)
-STATUS_GETTER(StringStatus, fmi2String, fmi2PendingStatus, "")
+STATUS_GETTER(Status, fmi2Status, s == fmi2DoStepStatus, (fmi2Status)instance->step_status)
+STATUS_GETTER(RealStatus, fmi2Real, s == fmi2LastSuccessfulTime, instance->time)
+STATUS_GETTER(BooleanStatus, fmi2Boolean, s == fmi2Terminated, fmi2False)
+STATUS_GETTER(StringStatus, fmi2String, s == fmi2PendingStatus, "")
+
+/* No kind of status is an integer. */
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind s, fmi2Integer *value) {
+    (void)s;
+    REQUIRE(STEPS_ONLY | STEPPING | TERMINATED | FAILED);
+    return check_null(instance, value, 1, __func__) ? no_status(instance, __func__) : fmi2Error;
+}

@@ -63,7 +63,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3Stri
 
 /* Not inside an intermediate update: the step that asked for it goes on. */
 void fmi3FreeInstance(fmi3Instance instance) {
-    if (allowed(instance, __func__, BETWEEN_CALLS)) free_instance(instance);
+    if (allowed((Instance *)instance, __func__, BETWEEN_CALLS)) free_instance((Instance *)instance);
 }
 
 fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories, const fmi3String categories[]) {
@@ -99,7 +99,7 @@ fmi3Status fmi3Reset(fmi3Instance instance) {
 /* The variable of a value reference, if it is of one of these kinds; else null, and says so. */
 const Variable *find_variable(Instance *self, fmi3ValueReference vr, int kinds, const char *type) {
     if (vr >= (unsigned)component.visible) {
-        refuse(self, ERROR, "%s: there is no variable of type %s with the value reference %u", component.name, type, vr);
+        refuse(self, ERROR, "%s: there is no variable of type %s with the value reference %u", component.name, type, (unsigned)vr);
         return 0;
     }
     const Variable *v = &component.variable[component.visible_variable[vr]];
@@ -139,7 +139,7 @@ static Status count(Instance *self, const fmi3ValueReference vr[], size_t n, int
                 continue; \
             } \
             const Variable *v = &component.variable[component.visible_variable[valueReferences[i]]]; \
-            const Stored *first = field(self, v, 0); \
+            const Stored *first = (const Stored *)field(self, v, 0); \
             for (int j = 0; j < length(v); j++) values[k++] = (fmi3##Name)first[j]; \
         } \
         return fmi3OK; \
@@ -161,7 +161,7 @@ static Status count(Instance *self, const fmi3ValueReference vr[], size_t n, int
         self->tried = 0; \
         for (size_t i = 0, k = 0; i < nValueReferences; i++) { \
             const Variable *v = &component.variable[component.visible_variable[valueReferences[i]]]; \
-            Stored *first = field(self, v, 0); \
+            Stored *first = (Stored *)field(self, v, 0); \
             for (int j = 0; j < length(v); j++) { \
                 Stored given = (Stored)values[k++]; \
                 note_set(self, first[j] != given); \

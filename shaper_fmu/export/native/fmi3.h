@@ -11,7 +11,7 @@
 #define ANY (READABLE | WRITABLE)
 #define BETWEEN_CALLS (ANY & ~INTERMEDIATE)
 #define REQUIRE(phases) \
-    Instance *self = instance; \
+    Instance *self = (Instance *)instance; \
     if (!allowed(self, __func__, phases)) return fmi3Error
 
 const Variable *find_variable(Instance *, fmi3ValueReference vr, int kinds, const char *type);

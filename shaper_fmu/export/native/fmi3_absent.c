@@ -37,7 +37,9 @@ VALUES(String)
 
 #define REFERENCES const fmi3ValueReference vr[], size_t n
 
+#ifdef __GNUC__
 #pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif
 
 ABSENT(GetBinary, "binary variables", REFERENCES, size_t sizes[], fmi3Binary values[], size_t nValues)
 ABSENT(SetBinary, "binary variables", REFERENCES, const size_t sizes[], const fmi3Binary values[], size_t nValues)

@@ -9,11 +9,11 @@
 
 /* A fresh instance, or null if there is not enough memory. */
 Instance *new_instance(const char *name, int model_exchange) {
-    Instance *instance = calloc(1, sizeof *instance);
+    Instance *instance = (Instance *)calloc(1, sizeof *instance);
     if (!instance) return 0;
     size_t size = (size_t)component.record_size;
-    instance->name = malloc(strlen(name) + 1);
-    instance->record = calloc(model_exchange ? 3 : 1, size);
+    instance->name = (char *)malloc(strlen(name) + 1);
+    instance->record = (unsigned char *)calloc(model_exchange ? 3 : 1, size);
     if (!instance->name || !instance->record) return free_instance(instance), (Instance *)0;
     strcpy(instance->name, name);
     instance->scratch = model_exchange ? instance->record + size : 0;

@@ -38,7 +38,7 @@ Status save_state(Instance *instance, void **state) {
                       instance->stop_defined, instance->step_status, instance->time, instance->record_time, instance->event_time,
                       instance->stop_time};
     size_t size = (size_t)component.record_size;
-    unsigned char *bytes = *state ? *state : malloc(state_size());
+    unsigned char *bytes = (unsigned char *)(*state ? *state : malloc(state_size()));
     if (!bytes) return no_memory(instance);
     memcpy(bytes, &life, sizeof life);
     memcpy(bytes + sizeof life, instance->record, size);
@@ -52,7 +52,7 @@ static int is_phase(int phase) { return phase > 0 && phase <= FAILED && !(phase 
 /* The state must be this component's, of an instance for the same kind of simulation. */
 Status restore_state(Instance *instance, const void *state) {
     SavedLife life;
-    const unsigned char *bytes = state;
+    const unsigned char *bytes = (const unsigned char *)state;
     if (!state) return refuse(instance, ERROR, "%s: there is no state to restore (null pointer)", component.name);
     memcpy(&life, bytes, sizeof life);
     if (!is_own(state) || !is_phase(life.phase)) return not_own(instance);
@@ -84,7 +84,7 @@ Status serialize_state(Instance *instance, const void *state, void *bytes, size_
     if (!is_own(state)) return not_own(instance);
     if (size < serialized_size())
         return refuse(instance, ERROR, "%s: a serialized state needs %d bytes, not %d", component.name, (int)serialized_size(), (int)size);
-    uint64_t sum = checksum(state, state_size());
+    uint64_t sum = checksum((const unsigned char *)state, state_size());
     memcpy(bytes, &sum, sizeof sum);
     memcpy((unsigned char *)bytes + sizeof sum, state, state_size());
     return OK;
