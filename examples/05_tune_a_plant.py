@@ -21,7 +21,7 @@ assert found.plant is not None
 for mode in found.plant.ranges:
     w = mode.natural_frequency
     print(f"natural frequency {w.nominal:.6f} rad/s, {w.low:.6f} to {w.high:.6f} rad/s over the rope's lengths")
-print(f"{found.verdict}: {found.words}")
+print(f"{found.verdict}: {found.summary}")
 for path in write_tuning(found, Path("results/crane_tuned"), report=False):
     print(f"wrote {path}")
 

@@ -147,8 +147,8 @@ def _check_apart(archive: str, infos: list[zipfile.ZipInfo]) -> None:
     for name in (_plain(info) for info in infos if not _is_folder(info)):
         other = files.setdefault(_folded(name), name)
         if other is not name:
-            words = "is there twice" if other == name else f"and entry {other!r} are one file on some systems"
-            raise ArchiveError(f"{archive}: entry {name!r} {words}")
+            message = "is there twice" if other == name else f"and entry {other!r} are one file on some systems"
+            raise ArchiveError(f"{archive}: entry {name!r} {message}")
     for info in infos:
         parts = _folded(_plain(info)).split("/")
         for depth in range(1, len(parts) + _is_folder(info)):
@@ -177,19 +177,19 @@ def _folded(name: str) -> str:
 
 def _entry(content: bytes, archive: str, info: zipfile.ZipInfo) -> ArchiveEntry:
     """The entry, whose own header before its bytes must tell what the central directory tells."""
-    words = f"{archive}: not a readable archive: entry {info.filename!r}"
+    message = f"{archive}: not a readable archive: entry {info.filename!r}"
     try:
         signature, _, flags, method, _, _, _, packed, size, name, extra = _LOCAL.unpack_from(content, info.header_offset)
     except (struct.error, ValueError):
-        raise ArchiveError(f"{words} lies outside the file") from None
+        raise ArchiveError(f"{message} lies outside the file") from None
     begin = info.header_offset + _LOCAL.size + name + extra
     if signature != b"PK\3\4" or begin + info.compress_size > len(content):
-        raise ArchiveError(f"{words} lies outside the file")
+        raise ArchiveError(f"{message} lies outside the file")
     own_name = content[begin - name - extra : begin - extra].decode("utf-8" if info.flag_bits & 0x800 else "cp437", "replace")
     sizes = [] if flags & 0b1000 else [(size, info.file_size), (packed, info.compress_size)]  # else they follow the data
-    differs = any(own not in (told, 0xFFFFFFFF) for own, told in sizes)
+    differs = any(own not in (declared, 0xFFFFFFFF) for own, declared in sizes)
     if differs or own_name != info.orig_filename or method != info.compress_type or (flags ^ info.flag_bits) & 1:
-        raise ArchiveError(f"{words} is described in two ways that disagree")
+        raise ArchiveError(f"{message} is described in two ways that disagree")
     deflated = info.compress_type == zipfile.ZIP_DEFLATED
     return ArchiveEntry(_plain(info), _is_folder(info), info.file_size, info.CRC, deflated, begin, begin + info.compress_size)
 

@@ -59,7 +59,7 @@ def show(table: Table, lines: bool = False, styles: Mapping[str, str] | None = N
         return
     printed = RichTable(show_lines=lines, width=sum(widths) + _frame(len(widths)))
     for i, (name, width) in enumerate(zip(head, widths, strict=True)):
-        printed.add_column(name, justify="right" if i and not table.words else "left", width=width)
+        printed.add_column(name, justify="right" if i and not table.left_aligned else "left", width=width)
     for row in rows:
         printed.add_row(*row)
     out.print(printed)

@@ -33,15 +33,15 @@ def progress(what: str, console: Console) -> Iterator[Update]:
             task = bar.add_task(what, total=None)
             yield lambda done, total: bar.update(task, completed=round(done, 3), total=round(total, 3))
     else:
-        said = [-1]
+        last = [-1]
 
-        def say(done: float, total: float) -> None:
+        def show(done: float, total: float) -> None:
             quarter = int(4 * done / total) if total else 4
-            if quarter > said[0]:
-                said[0] = quarter
+            if quarter > last[0]:
+                last[0] = quarter
                 console.print(f"{what}: {done:g} of {total:g}")
 
-        yield say
+        yield show
 
 
 @contextmanager
@@ -53,26 +53,26 @@ def runs_progress(what: str, console: Console) -> Iterator[RunsUpdate]:
             _text("{task.description}"),
             BarColumn(),
             MofNCompleteColumn(),
-            TextColumn("{task.fields[words]}", markup=False),
+            TextColumn("{task.fields[text]}", markup=False),
         )
         with Progress(*columns, console=console, transient=True) as bar:
-            task = bar.add_task(what, total=None, words="")
+            task = bar.add_task(what, total=None, text="")
 
             def show(done: int, failed: int, total: int) -> None:
-                bar.update(task, completed=done + failed, total=total, words=pace.words(done, failed, total))
+                bar.update(task, completed=done + failed, total=total, text=pace.text(done, failed, total))
 
             yield show
     else:
         last, latest = [float("-inf")], [(-1, -1, -1)]
 
-        def say(done: int, failed: int, total: int) -> None:
-            now, words = time.monotonic(), pace.words(done, failed, total)
+        def show(done: int, failed: int, total: int) -> None:
+            now, text = time.monotonic(), pace.text(done, failed, total)
             ended = done + failed == total
             if (ended or now - last[0] >= _LINE_AFTER) and (done, failed, total) != latest[0]:
                 last[0], latest[0] = now, (done, failed, total)
-                console.print(f"{what}: {done + failed} of {total}{', ' if words else ''}{words}")
+                console.print(f"{what}: {done + failed} of {total}{', ' if text else ''}{text}")
 
-        yield say
+        yield show
 
 
 class _Pace:
@@ -81,19 +81,19 @@ class _Pace:
     def __init__(self) -> None:
         self._first: tuple[float, int] | None = None
 
-    def words(self, done: int, failed: int, total: int) -> str:
+    def text(self, done: int, failed: int, total: int) -> str:
         """Failed runs, rate and time left, as far as they are known."""
         now, ended = time.monotonic(), done + failed
         if self._first is None:
             self._first = now, ended
         begin, before = self._first
-        said = [f"{failed} failed"] if failed else []
+        parts = [f"{failed} failed"] if failed else []
         if ended > before and now > begin:
             rate = (ended - before) / (now - begin)
-            said.append(f"{rate:.3g}/s" if rate < 1000.0 else f"{rate:.0f}/s")
+            parts.append(f"{rate:.3g}/s" if rate < 1000.0 else f"{rate:.0f}/s")
             if ended < total:
-                said.append(f"{_duration((total - ended) / rate)} left")
-        return ", ".join(said)
+                parts.append(f"{_duration((total - ended) / rate)} left")
+        return ", ".join(parts)
 
 
 def _duration(seconds: float) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import warnings
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -32,3 +32,13 @@ def renamed_argument(old: str, new: str) -> Callable[[Callable[P, R]], Callable[
         return accepting
 
     return decorate
+
+
+def renamed_attribute(old: str, new: str) -> Any:
+    """A property by which an attribute can be read by its old name, too."""
+
+    def read(self: Any) -> Any:
+        warn_renamed(f"{type(self).__name__}.{old}", new)
+        return getattr(self, new)
+
+    return property(read, doc=f"The old name of `{new}`.")

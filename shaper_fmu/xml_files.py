@@ -48,11 +48,11 @@ def parse_xml(
         undeclared = _undeclared_prefixes(parser)
         if not undeclared or prefixes is None:
             raise ArchiveError(f"{name}: not well-formed: {error.msg}") from None
-        told = [f"line {line}: the prefix {prefix!r} is not declared" for prefix, line in undeclared.items()]
+        messages = [f"line {line}: the prefix {prefix!r} is not declared" for prefix, line in undeclared.items()]
         declarations = "".join(f' xmlns:{p}="{prefixes.get(p, f"urn:undeclared:{p}")}"' for p in undeclared)
         root = parse_xml(_declared(content, declarations), name, encoding)
         if findings is not None:
-            findings += told
+            findings += messages
     if root.getroottree().docinfo.doctype:  # in an encoding that the other parser cannot read
         raise _document_type(name)
     return root

@@ -53,9 +53,9 @@ def _each(problem: Callable[[Any], str | None], passed: Callback = lambda value:
 
     def callback(given: Any) -> Any:
         for value in given if isinstance(given, list | tuple) else [given]:
-            words = problem(value) if value is not None else None
-            if words:
-                raise typer.BadParameter(words)
+            message = problem(value) if value is not None else None
+            if message:
+                raise typer.BadParameter(message)
         return passed(given) if isinstance(given, Path) else given
 
     return callback
@@ -124,8 +124,8 @@ def add_options(command: Callable[..., None], variables: Mapping[str, Variable])
     kept = [parameter for parameter in signature.parameters.values() if parameter.kind is not inspect.Parameter.VAR_KEYWORD]
     for name, variable in variables.items():
         whole = variable.kind is int and variable.min is not None and variable.max is not None
-        words = f"{variable.min:g} to {variable.max:g}" if whole else variable.domain or "a finite number"
-        parser = number(words, lambda value, variable=variable: variable.problem("", value) is None, variable.kind)
+        message = f"{variable.min:g} to {variable.max:g}" if whole else variable.domain or "a finite number"
+        parser = number(message, lambda value, variable=variable: variable.problem("", value) is None, variable.kind)
         option = typer.Option(help=f"{variable.description[:1].upper()}{variable.description[1:]}.", parser=parser)
         annotation = Annotated[variable.kind, option]
         kept.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=variable.start, annotation=annotation))

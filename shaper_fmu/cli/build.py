@@ -18,7 +18,7 @@ from shaper_fmu.component import Component
 from shaper_fmu.console import err
 from shaper_fmu.progress import progress
 
-Said = Callable[[str], None]
+Say = Callable[[str], None]
 
 
 class _Backend(StrEnum):
@@ -75,9 +75,9 @@ def build(
     archives = {absolute(Path(folder)): absolute(archive_of(folder)) for folder in folders}
     output_file()([*(output / f"{component.__name__}.fmu" for component in components), *archives.values()])
 
-    def make(component: type[Component], said: Said) -> Path:
+    def make(component: type[Component], say: Say) -> Path:
         chosen = platforms or []
-        return build_fmu(component, output, backend=backend.value, fmi=int(fmi), platforms=chosen, progress=said)
+        return build_fmu(component, output, backend=backend.value, fmi=int(fmi), platforms=chosen, progress=say)
 
     parts = 1 if backend is _Backend.python else 2 + len(platforms or PLATFORMS)
     for path in _built(components, make, parts):
@@ -143,20 +143,20 @@ def _changed(components: list[type[Component]], starts: list[str], without: list
         return with_start_values(components[0], dict(start.split("=", 1) for start in starts), name, without)
 
 
-def _built(components: list[type[Component]], make: Callable[[type[Component], Said], Path], parts: int) -> list[Path]:
+def _built(components: list[type[Component]], make: Callable[[type[Component], Say], Path], parts: int) -> list[Path]:
     """Build side by side, since the compilers are processes of their own; the first fault ends it. `parts` are those of one FMU."""
     with progress("building", err) as update, ThreadPoolExecutor(os.cpu_count()) as pool:
         done = itertools.count(1)
 
-        def said(_what: str) -> None:
+        def say(_what: str) -> None:
             update(next(done), parts * len(components))
 
-        waiting = [pool.submit(make, component, said) for component in components]
+        waiting = [pool.submit(make, component, say) for component in components]
         try:
             paths = []
             for future in waiting:
                 paths.append(future.result())
-                said("written")
+                say("written")
             return paths
         except BaseException:
             pool.shutdown(cancel_futures=True)

@@ -40,8 +40,8 @@ def _problems(file: Path, portable: bool) -> list[str]:
     try:
         if file.suffix.lower() != ".ssp":
             return fmu_problems(file)
-        told = [f"{'' if finding.stops else 'note: '}{finding}" for finding in ssp_findings(file)]
-        return told + (portable_problems(file) if portable else [])
+        findings = [f"{'' if finding.stops else 'note: '}{finding}" for finding in ssp_findings(file)]
+        return findings + (portable_problems(file) if portable else [])
     except ModelError as error:
         return error.problems
     except ShaperFmuError as error:

@@ -25,7 +25,7 @@ class Terminated(KeyboardInterrupt):
     """Raised for SIGTERM: treated as Ctrl-C is, but for the exit code."""
 
 
-def end_words(error: KeyboardInterrupt) -> tuple[str, int]:
+def end_message(error: KeyboardInterrupt) -> tuple[str, int]:
     """What a user reads of an end by a signal, and the exit code."""
     return ("ended by SIGTERM", TERMINATED) if isinstance(error, Terminated) else ("interrupted", INTERRUPTED)
 
@@ -38,8 +38,8 @@ class Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as error:
-            words, code = end_words(error)
-            err.print(f"{words} before the work was finished")
+            message, code = end_message(error)
+            err.print(f"{message} before the work was finished")
             raise typer.Exit(code) from None
 
 
@@ -50,31 +50,31 @@ def sigterm_heard() -> Iterator[None]:
     if sys.platform == "win32" or not in_main_thread or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
         yield
         return
-    heard = threading.Event()
+    handled = threading.Event()
 
     def raise_it(number: int, frame: FrameType | None) -> None:
-        heard.set()
+        handled.set()
         raise Terminated
 
-    arrived, told = os.pipe()
-    os.set_blocking(told, False)
-    threading.Thread(target=_watch, args=(arrived, heard), daemon=True).start()
+    read_end, write_end = os.pipe()
+    os.set_blocking(write_end, False)
+    threading.Thread(target=_watch, args=(read_end, handled), daemon=True).start()
     signal.signal(signal.SIGTERM, raise_it)
-    before = signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+    before = signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
     try:
         yield
     finally:
         signal.set_wakeup_fd(before)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        os.close(told)
+        os.close(write_end)
 
 
-def _watch(arrived: int, heard: threading.Event) -> None:
+def _watch(read_end: int, handled: threading.Event) -> None:
     """Python hears signals between its own steps alone: an FMU's call that does not come back is not waited for without end."""
-    with open(arrived, "rb", buffering=0) as signals:
+    with open(read_end, "rb", buffering=0) as signals:
         while (number := signals.read(1)) and number[0] != signal.SIGTERM:
             pass
-    if number and not heard.wait(_PATIENCE):
+    if number and not handled.wait(_PATIENCE):
         _end_at_once()
 
 

@@ -57,7 +57,7 @@ def list_components(
 
     if not names:
         rows = [[name, summary(component)] for name, component in components().items()]
-        show(Table("", ["component", "what it is"], rows, words=True))
+        show(Table("", ["component", "what it is"], rows, left_aligned=True))
     with wrong_usage("NAMES"):
         found = {name: find_component(name) for name in names or []}
     for name, component in found.items():
@@ -66,7 +66,7 @@ def list_components(
             start = start_text(v) if v.causality in ("input", "parameter") else ""
             rows.append([v.name, v.causality, type_text(v), v.unit, start, v.domain, v.description])
         head = ["variable", "causality", "type", "unit", "start", "domain", "description"]
-        show(Table(f"{name}: {summary(component)}", head, rows, words=True))
+        show(Table(f"{name}: {summary(component)}", head, rows, left_aligned=True))
 
 
 app.command("build")(build)
@@ -126,10 +126,10 @@ def run(
         with wrong_usage("--set"):
             loaded.set(name, value)
     if algorithm is None and loaded.structure.settings:
-        told = loaded.structure.settings[0]
-        algorithm = told.algorithm
+        setting = loaded.structure.settings[0]
+        algorithm = setting.algorithm
         if algorithm != "jacobi":
-            err.print(f"note: algorithm {algorithm}, as the annotation of {told.tool} says")
+            err.print(f"note: algorithm {algorithm}, as the annotation of {setting.tool} says")
     given = stop_time is not None or step is not None
     stop_time = stop_time if stop_time is not None else loaded.structure.stop_time
     step = step if step is not None else loaded.structure.step_size
@@ -155,7 +155,7 @@ def run(
     err.print(f"{stop_time - start_time:g} s simulated in {taken:.3g} s, {(stop_time - start_time) / taken:.3g} times real time")
     last = [(name, *results.display(name)) for name in results.values]
     rows = [[name, f"{column[-1]:.6g}", unit] for name, column, unit in last]
-    show(Table("", ["variable", "at the end", "unit"], rows, words=True))
+    show(Table("", ["variable", "at the end", "unit"], rows, left_aligned=True))
     if output:
         write = results.to_parquet if output.suffix.lower() == ".parquet" else results.to_csv
         write(output)

@@ -60,6 +60,6 @@ def new_system(
             fmu, input_, output, path, kind=shaper, natural_frequency=natural_frequency, damping_ratio=damping_ratio
         )
     wrote(written.path, f": profile.{written.profile_output} -> shaper -> plant.{input_}")
-    told = f"{shaper} for {written.natural_frequency:.6g} rad/s and the damping ratio {written.damping_ratio:.6g}"
-    out.print(told if written.known else f"{told}: the plant tells no natural frequency, so give --natural-frequency")
+    summary = f"{shaper} for {written.natural_frequency:.6g} rad/s and the damping ratio {written.damping_ratio:.6g}"
+    out.print(summary if written.known else f"{summary}: the plant tells no natural frequency, so give --natural-frequency")
     out.print(f"try: shaper-fmu run {shown(written.path)}, and the same with --parameter-set unshaped; look at plant.{output}")

@@ -55,12 +55,12 @@ def _show(found: Reproduction) -> None:
         show(_claims(found), lines=True, styles=_STYLES)
     else:
         for claim in found.claims:
-            out.print(f"- {claim.verdict}: {claim.words}\n    found: {claim.number}\n    why: {claim.why}")
+            out.print(f"- {claim.verdict}: {claim.statement}\n    found: {claim.number}\n    why: {claim.why}")
     out.print(tally(found))
 
 
 def _claims(found: Reproduction, title: str = "") -> Table:
-    return Table(title, list(HEAD), [[one.words, one.number, one.verdict, one.why] for one in found.claims], words=True)
+    return Table(title, list(HEAD), [[one.statement, one.number, one.verdict, one.why] for one in found.claims], left_aligned=True)
 
 
 def tally(found: Reproduction) -> str:

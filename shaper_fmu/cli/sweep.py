@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shaper_fmu.cli.arguments import PAGE, STORE, index, input_file, output_file, wrong_usage
-from shaper_fmu.cli.ends import end_words
+from shaper_fmu.cli.ends import end_message
 from shaper_fmu.cli.paths import shown, wrote
 from shaper_fmu.console import err, out, show
 from shaper_fmu.progress import progress, runs_progress
@@ -91,23 +91,23 @@ def _run(planned: Study, target: Path, engine: Engine, retry_failed: bool) -> di
     """Run the study; if it is ended by a signal, that signal's exit code, with a word on what is kept."""
     from shaper_fmu.sweep.engine import run_study
 
-    told = [0, 0, 0]
+    counts = [0, 0, 0]
     try:
         with runs_progress(f"sweeping {planned.name}", err) as update:
 
-            def tell(done: int, failed: int, total: int) -> None:
-                told[:] = done, failed, total
+            def show(done: int, failed: int, total: int) -> None:
+                counts[:] = done, failed, total
                 update(done, failed, total)
 
-            return run_study(planned, target, tell, engine=engine, retry_failed=retry_failed)
+            return run_study(planned, target, show, engine=engine, retry_failed=retry_failed)
     except KeyboardInterrupt as error:
-        words, code = end_words(error)
-        done, failed, total = told
+        message, code = end_message(error)
+        done, failed, total = counts
         if not total:
-            err.print(f"{words} before the first run")
+            err.print(f"{message} before the first run")
         else:
             err.print(
-                f"{words}: {done + failed} of {total} runs are finished ({failed} failed) and kept in {shown(target)}; "
+                f"{message}: {done + failed} of {total} runs are finished ({failed} failed) and kept in {shown(target)}; "
                 "the same command goes on with the rest"
             )
         raise typer.Exit(code) from None
@@ -119,8 +119,8 @@ def _print_results(target: Path) -> None:
     data = read_store(target)
     for table in summary_tables(data):
         show(table)
-    for words in data.remarks.values():
-        err.print(f"note: {words}")
+    for message in data.remarks.values():
+        err.print(f"note: {message}")
     for line in _failure_lines(data):
         err.print(line)
 

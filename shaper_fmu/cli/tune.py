@@ -130,7 +130,7 @@ def tune(
         found = _of_table(plant, input_, outputs, requirements, excitation_end, [*spread, *start_values])
     else:
         found = _of_plant(plant, input_, outputs, requirements, spread, start_values, amplitude=amplitude, duration=duration)
-    _tell(found)
+    _print_result(found)
     written = write_tuning(found, target, report=report, say=_say)
     for path in written:
         if path.suffix != ".png":
@@ -209,7 +209,7 @@ def _check_names(
         ShapedPlant(source, input_, start_values).nominal_values(spread)
 
 
-def _tell(found: Tuning) -> None:
+def _print_result(found: Tuning) -> None:
     """Print the modes, what was noticed, and the result."""
     from shaper_fmu.report.tune.evidence import evidence
     from shaper_fmu.report.tune.modes import modes_table
@@ -220,4 +220,4 @@ def _tell(found: Tuning) -> None:
     for finding in found.findings:
         err.print(f"note: {finding.text}")
     verdict = found.verdict.replace("_", " ")
-    out.print(found.words if found.words.startswith(verdict) else f"{verdict}: {found.words}")
+    out.print(found.summary if found.summary.startswith(verdict) else f"{verdict}: {found.summary}")

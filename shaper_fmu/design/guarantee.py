@@ -150,7 +150,7 @@ class _Search:
         found = []
         for part in np.array_split(np.arange(middle.size), 1 + middle.size * self._a.size // _CHUNK):
             found.append(self._cells(edge, middle[part], width[part]))
-            self._note(
+            self._record(
                 edge,
                 np.clip(
                     np.concatenate([middle[part] + width[part], middle[part], middle[part] - width[part]]), edge.low, edge.high
@@ -181,7 +181,7 @@ class _Search:
         """S_k for each sigma, shape (n,)."""
         return np.exp(-np.multiply.outer(sigma, self._s)) @ (np.abs(self._a) * self._s**power)
 
-    def _note(self, edge: _Edge, x: np.ndarray) -> None:
+    def _record(self, edge: _Edge, x: np.ndarray) -> None:
         """Keep the largest of |F| at these places, if it is the largest so far."""
         w, phi = edge.polar(x)
         sizes = np.abs(self._exponentials(w, phi) @ self._a)

@@ -210,7 +210,7 @@ class _Search:
                 best, best_time = choice, time
         return self._selection(self.measured(best), tolerance, [], "earliest to settle")
 
-    def _selection(self, chosen: ModeSet | None, tolerance: float, mandatory: Sequence[int], words: str) -> Selection:
+    def _selection(self, chosen: ModeSet | None, tolerance: float, mandatory: Sequence[int], heading: str) -> Selection:
         full = self._full()
         best = chosen or full[1]
         modes = self.response.modes
@@ -219,7 +219,7 @@ class _Search:
             best, chosen is not None, tuple(modes[i] for i in mandatory), full[0],
             settling, self.examined, "",
         )  # fmt: skip
-        reason = _reason(self.response, selection, chosen is not None, tolerance, words)
+        reason = _reason(self.response, selection, chosen is not None, tolerance, heading)
         return Selection(**{**vars(selection), "reason": reason})
 
     def _full(self) -> tuple[ModeSet, ModeSet]:
@@ -246,7 +246,7 @@ def distinct_kinds(kinds: str | Sequence[str]) -> tuple[str, ...]:
     return found
 
 
-def _reason(response: ModalResponse, selection: Selection, found: bool, tolerance: float, words: str) -> str:
+def _reason(response: ModalResponse, selection: Selection, found: bool, tolerance: float, heading: str) -> str:
     """The selection in words."""
     chosen, full = selection.chosen, selection.full
 
@@ -262,7 +262,7 @@ def _reason(response: ModalResponse, selection: Selection, found: bool, toleranc
         )
     saved = 1.0 - chosen.duration / full.duration if full.duration > 0.0 else 0.0
     duration = f"{chosen.duration:.6g} s ({saved:.1%} shorter than all modes)"
-    text = f"{words}: {shown(chosen.modes)} shaped{kinds}, {duration}, rho = {chosen.residual:.4g}"
+    text = f"{heading}: {shown(chosen.modes)} shaped{kinds}, {duration}, rho = {chosen.residual:.4g}"
     if selection.mandatory:
         text += f"; without {shown(selection.mandatory)} the tolerance {tolerance:g} cannot be met"
     return text

@@ -31,10 +31,10 @@ def check_declaration(component: type[Component]) -> None:
     """Raise BuildError that lists everything that is wrong with a component's declaration, each with value and limit."""
     found = [*_of_name(component.__name__), *_of_class(component), *_of_messages(component)]
     for variable in component.variables.values():
-        found += [f"{variable.causality} {variable.name!r}: {words}" for words in _of_variable(variable)]
+        found += [f"{variable.causality} {variable.name!r}: {problem}" for problem in _of_variable(variable)]
     found += _of_enumerations(component)
     if found:
-        raise BuildError("\n".join(f"{component.__name__[:LONGEST_NAME]}: {words}" for words in found))
+        raise BuildError("\n".join(f"{component.__name__[:LONGEST_NAME]}: {problem}" for problem in found))
 
 
 def _of_name(name: str) -> Iterator[str]:
@@ -90,7 +90,7 @@ def _of_variable(variable: Variable) -> Iterator[str]:
     for label, start in zip(variable.scalar_names, variable.starts, strict=True):
         yield from _of_number(f"the start value of {label}", start)
     bounds = [("min", variable.min), ("max", variable.max)]
-    wrong = [words for side, bound in bounds if bound is not None for words in _of_bound(variable, side, bound)]
+    wrong = [problem for side, bound in bounds if bound is not None for problem in _of_bound(variable, side, bound)]
     yield from wrong or _of_domain(variable)
 
 
@@ -137,27 +137,27 @@ def _of_domain(variable: Variable) -> Iterator[str]:
     published = variable.published_bounds if variable.kind in (float, int) else {}
     if published.get("min", -math.inf) > published.get("max", math.inf):
         low, high = variable.published or (variable.min, variable.max)
-        words = " and excluded" if variable.exclusive and not variable.published else ""
-        yield f"no value is between min = {low} and max = {high}{words}; exchange or widen them"
+        excluded = " and excluded" if variable.exclusive and not variable.published else ""
+        yield f"no value is between min = {low} and max = {high}{excluded}; exchange or widen them"
         return
     if variable.causality in ("parameter", "input"):
         found = (variable.problem(label, start) for label, start in zip(variable.scalar_names, variable.starts, strict=True))
-        yield from (f"the start value is outside of its bounds: {words}" for words in found if words)
+        yield from (f"the start value is outside of its bounds: {problem}" for problem in found if problem)
 
 
 def _of_published(variable: Variable) -> Iterator[str]:
     """Of bounds that are told in place of the domain's: they are a pair of numbers, or None, of the domain."""
-    told: Any = variable.published
-    if told is None:
+    published: Any = variable.published
+    if published is None:
         return
-    if not (isinstance(told, tuple) and len(told) == 2):
-        yield f"published is {told!r}; it must be a pair (min, max), with None for a bound that is not told"
+    if not (isinstance(published, tuple) and len(published) == 2):
+        yield f"published is {published!r}; it must be a pair (min, max), with None for a bound that is not published"
         return
-    for side, bound in zip(("min", "max"), told, strict=True):
+    for side, bound in zip(("min", "max"), published, strict=True):
         found = [] if bound is None else list(_of_bound(variable, side, bound))
         if bound is not None and not found and (outside := variable.problem(f"published {side}", bound)):
             found = [outside]
-        yield from (f"published {words}" if not words.startswith("published") else words for words in found)
+        yield from (f"published {problem}" if not problem.startswith("published") else problem for problem in found)
 
 
 def _of_enumerations(component: type[Component]) -> Iterator[str]:

@@ -23,8 +23,8 @@ def check_component(component: type[Component]) -> None:
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # SystemExit, too: a kernel that ends the process would end its host
-        words = str(error) if isinstance(error, ShaperFmuError) else f"{type(error).__name__}: {error}"
-        raise BuildError(f"{name} does not run with its start values: {words}") from error
+        message = str(error) if isinstance(error, ShaperFmuError) else f"{type(error).__name__}: {error}"
+        raise BuildError(f"{name} does not run with its start values: {message}") from error
     for attribute in vars(instance):
         if attribute not in component.variables:
             raise BuildError(f"{name} sets {attribute!r}, which is not declared.{nearest(attribute, component.variables)}")

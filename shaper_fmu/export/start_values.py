@@ -54,7 +54,7 @@ def with_start_values(
     _check_left_out(component, without)
     start = ", ".join(f"{variable} = {_text(value)}" for variable, value in values.items())
     parts = [f"start values: {start}"] if start else []
-    said = "; ".join([*parts, f"without {', '.join(without)}"] if without else parts)
+    changes = "; ".join([*parts, f"without {', '.join(without)}"] if without else parts)
     name = name or re.sub(
         r"\W+", "_", "_".join([component.__name__, *map(_text, values.values()), *(["without", *without] if without else [])])
     ).strip("_")
@@ -66,7 +66,7 @@ def with_start_values(
         module=component.__module__,
         base=component.__name__,
         name=name,
-        summary=f"{note and f'{note}. '}{summary(component).rstrip('.')}; {said}.".replace("\\", "\\\\"),
+        summary=f"{note and f'{note}. '}{summary(component).rstrip('.')}; {changes}.".replace("\\", "\\\\"),
         lines="\n".join(
             [f"    {v.name} = {component.__name__}.variables[{v.name!r}].starting_at({_written(changed, v)})" for v in other]
             + [f"    {label} = {component.__name__}.variables[{label!r}].hidden()" for label in dict.fromkeys(without)]

@@ -88,14 +88,16 @@ def _parsed(content: bytes, where: str, findings: list[str]) -> etree._Element:
 
 def _version(root: etree._Element, where: str, findings: list[str]) -> str:
     """The version of FMI. Raises ArchiveError for one that is none, or a draft with functions of other forms."""
-    told = str(root.get("fmiVersion", "")).strip()
-    if _PRERELEASE.match(told):
-        raise ArchiveError(f"{where}: fmiVersion {told!r} is a draft, whose functions are not those of FMI 3.0; it is not read")
-    version = told if told[:2] == "3." else told[:3]
+    version_text = str(root.get("fmiVersion", "")).strip()
+    if _PRERELEASE.match(version_text):
+        raise ArchiveError(
+            f"{where}: fmiVersion {version_text!r} is a draft; its functions are not those of FMI 3.0, so it is not read"
+        )
+    version = version_text if version_text[:2] == "3." else version_text[:3]
     if not re.match(r"1\.0|2\.0|3\.\d", version):
-        raise ArchiveError(f"{where}: fmiVersion is {told!r}; FMI 1.0, 2.0 and 3.0 are read")
+        raise ArchiveError(f"{where}: fmiVersion is {version_text!r}; FMI 1.0, 2.0 and 3.0 are read")
     if version != root.get("fmiVersion"):
-        findings.append(f"fmiVersion {told!r} is read as {version!r}")
+        findings.append(f"fmiVersion {version_text!r} is read as {version!r}")
         root.set("fmiVersion", version)
     return version
 
@@ -159,8 +161,8 @@ def _start_findings(description: ModelDescription) -> list[str]:
         items = set(items_of(variable).values())
         wrong = [text for text in str(variable.start or "").split() if items and whole(text) not in items]
         if wrong:
-            words = f"the start value {wrong[0]} of {variable.name!r} (line {variable.sourceline}) is no item of its enumeration"
-            findings.append(words)
+            message = f"the start value {wrong[0]} of {variable.name!r} (line {variable.sourceline}) is no item of its enumeration"
+            findings.append(message)
     return findings
 
 
@@ -172,7 +174,7 @@ def _without_display_units(description: ModelDescription) -> list[str]:
         if unit not in units:
             for shown in (variable, *variable.aliases):
                 if shown.displayUnit is not None:
-                    words = f'The display unit "{shown.displayUnit}" of "{shown.name}" (line {variable.sourceline}) has no unit.'
-                    findings.append(words)
+                    message = f'The display unit "{shown.displayUnit}" of "{shown.name}" (line {variable.sourceline}) has no unit.'
+                    findings.append(message)
                     shown.displayUnit = None
     return findings

@@ -114,10 +114,10 @@ class Fmu:
         """The tolerance of its solver in its default experiment, None if there is none that makes sense."""
         experiment = self.description.defaultExperiment
         try:
-            told = float(experiment.tolerance) if experiment is not None and experiment.tolerance else 0.0
+            tolerance = float(experiment.tolerance) if experiment is not None and experiment.tolerance else 0.0
         except ValueError:
             return None
-        return told if 0.0 < told < math.inf else None
+        return tolerance if 0.0 < tolerance < math.inf else None
 
     def variable(self, name: str, *causalities: str) -> ModelVariable:
         """The variable of this name. Raises ModelError, with the nearest name, if there is none of these causalities."""
@@ -234,10 +234,10 @@ class Fmu:
         if name not in self.variables and f"{name}[1]" in self.variables:
             raise ModelError([f"{self.name}: {name} is an array; give its elements as a sequence, or set {name}[1]"])
         if self.version == 3 and name in self.variables and self.variables[name].causality == STRUCTURAL:
-            words = (
+            message = (
                 "is a structural parameter, which sizes of arrays follow: give it to System.add or System.set, before connections"
             )
-            raise ModelError([f"{self.name}: {name} {words}"])
+            raise ModelError([f"{self.name}: {name} {message}"])
         variable = self.variable(name, "input", "parameter")
         return typed_value(variable, value, self.name)
 

@@ -112,7 +112,7 @@ class Instance:
             self._leave(freed=True)
             if not isinstance(error, Exception):
                 raise
-            raise SimulationError(f"{name}: {fmu.name} cannot be instantiated: {self._words(error)}") from None
+            raise SimulationError(f"{name}: {fmu.name} cannot be instantiated: {self._message(error)}") from None
         self.usable = True
         self._keep_log_quiet()
 
@@ -162,13 +162,13 @@ class Instance:
         found = f"only for {', '.join(others)}" if others else "nor for any other platform"
         raise SimulationError(f"it has no library {library.name} for {library.parent.name}, {found}")
 
-    def _words(self, error: Exception) -> str:
+    def _message(self, error: Exception) -> str:
         """What fmpy and the FMU say of a failed instantiation."""
-        words = str(error)
-        if words.startswith("Failed to instantiate"):  # the function has returned NULL
+        message = str(error)
+        if message.startswith("Failed to instantiate"):  # the function has returned NULL
             kind = "ModelExchange" if self._model_exchange else "CoSimulation"
-            words = f"fmi{self.fmu.version}Instantiate{kind if self.fmu.version == 3 else ''} failed"
-        return "; ".join(line for line in [words, *list(self.log)[-3:]] if line)
+            message = f"fmi{self.fmu.version}Instantiate{kind if self.fmu.version == 3 else ''} failed"
+        return "; ".join(line for line in [message, *list(self.log)[-3:]] if line)
 
     def call(self, function: str, *arguments: Any, at: Moment = None) -> None:
         """Call a method of fmpy's slave, such as "reset"."""
@@ -229,11 +229,11 @@ class Instance:
         """The error to raise for a failed call; a fatal one leaves the instance unusable."""
         self.fatal = self.fatal or status == 4
         self.usable = self.usable and not self.fatal
-        said = [text.removeprefix("Fatal py exception encountered: ").split("PyObject_CallMethod\n")[-1] for text in self.log]
-        words = f": {'; '.join(said[-3:])}" if said else ""
+        logged = [text.removeprefix("Fatal py exception encountered: ").split("PyObject_CallMethod\n")[-1] for text in self.log]
+        reasons = f": {'; '.join(logged[-3:])}" if logged else ""
         verb = _FAILED.get(status, f"returned {status}, which is no status")
         end = " (Fatal: it cannot be used any more)" if status == 4 else ""
-        return SimulationError(f"{self.name}{moment(at)}: {function} {verb}{words or ' and gave no message'}{end}")
+        return SimulationError(f"{self.name}{moment(at)}: {function} {verb}{reasons or ' and gave no message'}{end}")
 
     def start_value(self, name: str) -> float | int | bool:
         """The value that an element has been set to, or its start value."""

@@ -89,7 +89,7 @@ class Child:
 
         Raises TimeoutError when the limit is over, which counts from the first call of an FMU on.
         """
-        deadline, told = math.inf, -math.inf
+        deadline, reported = math.inf, -math.inf
         self.put(self._plan)
         while True:
             with suppress(queue.Empty):
@@ -110,9 +110,9 @@ class Child:
                 self.kill()  # what it has started may keep the channel open; what it has sent is still read
             if time.monotonic() >= deadline:
                 raise TimeoutError
-            if progress is not None and isinstance(self.time, float) and self.time > told:
-                told = self.time
-                progress(told)
+            if progress is not None and isinstance(self.time, float) and self.time > reported:
+                reported = self.time
+                progress(reported)
 
     def put(self, frame: bytes) -> None:
         """Send a frame; if the process has ended, nobody gets it."""

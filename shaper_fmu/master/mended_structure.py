@@ -26,9 +26,9 @@ def mend_structure(root: etree._Element, version: int, where: str) -> list[str]:
     for unknown in unknowns:
         reference = _plain(unknown.get(key))
         if reference not in known:
-            words = f"ModelStructure (line {unknown.sourceline}): {key} = {unknown.get(key)!r} is no variable"
+            message = f"ModelStructure (line {unknown.sourceline}): {key} = {unknown.get(key)!r} is no variable"
             hint = f"; they are counted from 1 to {len(variables)}" if version == 2 else ""
-            raise ArchiveError(f"{where}: {words}{hint}")
+            raise ArchiveError(f"{where}: {message}{hint}")
         unknown.set(key, reference)
     findings = list(_mend_dependencies(unknowns, known, shared, key))
     findings += _mend_derivatives(root, version, known)
@@ -63,8 +63,8 @@ def _mend_dependencies(unknowns: list[etree._Element], known: set[str], shared: 
                 unknown.set("dependenciesKind", " ".join(kinds.split()))
             if wrong and not doubtful:
                 why = "several variables have" if wrong[0] in shared else "is no variable's"
-                words = f"ModelStructure (line {unknown.sourceline}): dependencies name the {key} {wrong[0]}, which {why}"
-                yield f"{words}; no dependencies are taken as told"
+                message = f"ModelStructure (line {unknown.sourceline}): dependencies name the {key} {wrong[0]}, which {why}"
+                yield f"{message}; no dependencies are taken as told"
                 doubtful = True
     for unknown in unknowns if doubtful else []:
         for attribute in ("dependencies", "dependenciesKind"):
@@ -73,12 +73,12 @@ def _mend_dependencies(unknowns: list[etree._Element], known: set[str], shared: 
 
 def _mend_derivatives(root: etree._Element, version: int, known: set[str]) -> Iterator[str]:
     for element in root.iterfind("ModelVariables/*/Real" if version == 2 else "ModelVariables/*"):
-        told = element.get("derivative")
-        if told is not None:
-            element.set("derivative", _plain(told))
-            if _plain(told) not in known:
+        given = element.get("derivative")
+        if given is not None:
+            element.set("derivative", _plain(given))
+            if _plain(given) not in known:
                 del element.attrib["derivative"]
-                yield f"derivative (line {element.sourceline}): {told!r} is no variable; taken as not given"
+                yield f"derivative (line {element.sourceline}): {given!r} is no variable; taken as not given"
 
 
 def _check_clocks(variables: list[etree._Element], known: set[str], where: str) -> None:
@@ -88,8 +88,8 @@ def _check_clocks(variables: list[etree._Element], known: set[str], where: str) 
             names = [_plain(name) for name in clocks.split()]
             wrong = next((name for name in names if name not in known), None)
             if wrong is not None or not names:
-                words = f"variable {variable.get('name')!r} (line {variable.sourceline}): clocks = {clocks!r}"
+                message = f"variable {variable.get('name')!r} (line {variable.sourceline}): clocks = {clocks!r}"
                 raise ArchiveError(
-                    f"{where}: {words} {'names no clock' if wrong is None else f'names {wrong}, which is no variable'}"
+                    f"{where}: {message} {'names no clock' if wrong is None else f'names {wrong}, which is no variable'}"
                 )
             variable.set("clocks", " ".join(names))

@@ -196,8 +196,8 @@ def _mend_variables(root: etree._Element, version: int, where: str) -> Iterator[
         what = f"variable {name!r} (line {line})"
         reference = whole(variable.get("valueReference"))
         if reference is None or not 0 <= reference < _MOST_REFERENCE:
-            told = variable.get("valueReference")
-            raise ArchiveError(f"{where}: {what}: valueReference is {told!r}, not an integer from 0 to {_MOST_REFERENCE - 1}")
+            given = variable.get("valueReference")
+            raise ArchiveError(f"{where}: {what}: valueReference is {given!r}, not an integer from 0 to {_MOST_REFERENCE - 1}")
         typed = variable if version == 3 else next((child for child in variable if child.tag in _TYPES[version]), None)
         if typed is None or typed.tag not in _TYPES[version]:
             raise ArchiveError(f"{where}: {what} has no type that FMI {version} knows")
@@ -228,7 +228,7 @@ def _mend_roles(variable: etree._Element, typed: etree._Element, what: str, vers
     elif version == 2 and variability is None and variable.get("initial") is None and ("continuous", causality) not in _LEGAL:
         variable.set("initial", _INITIAL.get(causality, "calculated"))
     of = whole if "Int" in str(typed.tag) or typed.tag == "Enumeration" else _bound
-    yield from (f"{what}: {words}" for words in _numbers(typed, ("min", "max"), of, "number of its type"))
+    yield from (f"{what}: {problem}" for problem in _numbers(typed, ("min", "max"), of, "number of its type"))
 
 
 def _bound(text: str) -> float | None:

@@ -68,18 +68,18 @@ def _late_notes(system: SystemStructure, treatment: Treatment, recorded: Collect
 def _late_note(system: SystemStructure, treatment: Treatment, name: str, targets: dict[str, list[str]]) -> str:
     fmu = system.fmus[name]
     between = treatment.exact and fmu.has_event_mode and name not in system.without_event_mode
-    told = [output for output in targets if fmu.declares_inputs_of(output)]
-    condition = "" if told else f"where it follows an input at once (which {fmu.name} does not declare), "
-    what = _listed([f"{output} to {', '.join(targets[output])}" for output in told or targets])
+    declared = [output for output in targets if fmu.declares_inputs_of(output)]
+    condition = "" if declared else f"where it follows an input at once (which {fmu.name} does not declare), "
+    what = _listed([f"{output} to {', '.join(targets[output])}" for output in declared or targets])
     return (
         f"{name}: {condition}{what} is a step late{' between events' if between else ''}, since FMI allows no reading between set "
         f"and step: take smaller steps or algorithm='gauss_seidel', or system.read_after_set({name!r}) if it is known to bear it"
     )
 
 
-def _listed(words: list[str], most: int = 4) -> str:
-    more = f" and {len(words) - most} more" if len(words) > most else ""
-    return "; ".join(words[:most]) + more
+def _listed(items: list[str], most: int = 4) -> str:
+    more = f" and {len(items) - most} more" if len(items) > most else ""
+    return "; ".join(items[:most]) + more
 
 
 def system_notes(system: SystemStructure) -> tuple[str, ...]:

@@ -176,8 +176,8 @@ def _ended(status: int) -> None:
                 work()
         assert _here is not None
         _here.fflush(None)
-        words = f"error: {_caller()} has ended the process by exit({status}); the work is not finished\n"
-        os.write(2, words.encode())
+        message = f"error: {_caller()} has ended the process by exit({status}); the work is not finished\n"
+        os.write(2, message.encode())
         remove_folders()
     finally:
         os._exit(1)

@@ -37,7 +37,7 @@ def _variables() -> dict[bytes, bytes]:
 class Environment:
     """The environment variables."""
 
-    words = "environment variables"
+    label = "environment variables"
 
     def __init__(self) -> None:
         self._kept = _variables()

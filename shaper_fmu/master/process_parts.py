@@ -24,7 +24,7 @@ from shaper_fmu.master.arithmetic import STANDARD, arithmetic_mode, set_arithmet
 class Part(Protocol):
     """One of them. `words` name it."""
 
-    words: str
+    label: str
 
     def restore(self) -> bool: ...
 
@@ -34,7 +34,7 @@ class Part(Protocol):
 class _Plain:
     """A part whose state can be compared, and set again."""
 
-    words = ""
+    label = ""
 
     def __init__(self) -> None:
         self._kept = self._read()
@@ -60,7 +60,7 @@ class _Plain:
 class Directory:
     """The working directory, held open where the system can: it may have been moved, or lie in a folder that is closed to us."""
 
-    words = "the working directory"
+    label = "the working directory"
 
     def __init__(self) -> None:
         self._place: int | str = -1
@@ -92,7 +92,7 @@ def _identity(path: str | int) -> tuple[int, int]:
 class Streams:
     """Standard input, output and error: the files 0, 1 and 2, with their modes, and Python's objects for them."""
 
-    words = "the standard streams"
+    label = "the standard streams"
     _NAMES = ("stdin", "stdout", "stderr")
 
     def __init__(self) -> None:
@@ -143,7 +143,7 @@ def _mode(file: int) -> int | None:
 class Locale(_Plain):
     """How C writes and reads numbers and texts."""
 
-    words = "the locale"
+    label = "the locale"
 
     def _read(self) -> str:
         with suppress(locale.Error):
@@ -158,7 +158,7 @@ class Locale(_Plain):
 class Umask(_Plain):
     """Which rights new files do not get."""
 
-    words = "the rights of new files (umask)"
+    label = "the rights of new files (umask)"
 
     def _read(self) -> int:
         mask = os.umask(0o077)
@@ -172,7 +172,7 @@ class Umask(_Plain):
 class NumpyErrors(_Plain):
     """What numpy does about divisions by zero and the like."""
 
-    words = "numpy's treatment of errors"
+    label = "numpy's treatment of errors"
 
     def _read(self) -> dict[str, Any]:
         return dict(np.geterr())
@@ -184,7 +184,7 @@ class NumpyErrors(_Plain):
 class Processors(_Plain):
     """The processors that this thread may use."""
 
-    words = "the processors that may be used"
+    label = "the processors that may be used"
 
     def _read(self) -> Any:
         return os.sched_getaffinity(0) if sys.platform == "linux" else None
@@ -197,7 +197,7 @@ class Processors(_Plain):
 class Arithmetic:
     """How this thread's processor calculates; in between it is the standard mode, whatever the caller's is."""
 
-    words = "the arithmetic"
+    label = "the arithmetic"
 
     def __init__(self) -> None:
         self._kept = arithmetic_mode()

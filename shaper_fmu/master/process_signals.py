@@ -68,7 +68,7 @@ def _is_loaded(address: int) -> bool:
 class Signals:
     """What is done about signals, in C and in Python, and which of them this thread does not hear."""
 
-    words = "the treatment of signals"
+    label = "the treatment of signals"
 
     def __init__(self) -> None:
         if POSIX:
@@ -101,12 +101,12 @@ class Signals:
 
 
 def _restore_action(number: int, kept: bytes, found: bytes) -> bool:
-    told = bytes(found[i] for i in _TOLD)
-    original = _left[number][0] if number in _left and _left[number][1] == told else kept
-    if told == bytes(original[i] for i in _TOLD):
+    current = bytes(found[i] for i in _TOLD)
+    original = _left[number][0] if number in _left and _left[number][1] == current else kept
+    if current == bytes(original[i] for i in _TOLD):
         return False
     if number in _OF_RUNTIMES and _is_loaded(_handler(found)):
-        _left[number] = original, told
+        _left[number] = original, current
         return False
     _left.pop(number, None)
     _set_action(number, original)
@@ -121,7 +121,7 @@ _started: set[int] = set()
 class Timers:
     """Timers whose signal would end the process."""
 
-    words = "the timers"
+    label = "the timers"
 
     def __init__(self) -> None:
         self._kept: dict[int, Any] = {timer: signal.getitimer(timer) for timer in _TIMERS}

@@ -90,10 +90,10 @@ class Kept:
                 _threads.kept = None
                 self._close()
         if self._last and self._outer is None and restore_environment():
-            self._changed[Environment.words] = None
-        heard = self._interrupts.error if self._outer is None else None
-        if heard is not None and (error is None or isinstance(error, Exception)):
-            raise heard from None
+            self._changed[Environment.label] = None
+        interrupt = self._interrupts.error if self._outer is None else None
+        if interrupt is not None and (error is None or isinstance(error, Exception)):
+            raise interrupt from None
 
     def _end_copy(self) -> None:
         """End a process that an FMU has made of this one and let return: all the rest would be done, and told, twice."""
@@ -105,7 +105,7 @@ class Kept:
     def _restore(self, parts: Iterable[Part]) -> None:
         for part in parts:
             if part.restore():
-                self._changed[part.words] = None
+                self._changed[part.label] = None
 
     def _close(self) -> None:
         for part in self._parts:

@@ -161,8 +161,8 @@ class Simulation:
         control.cut = treatment.exact and not program.signals  # Python's functions are asked before a step, for its end
         self._initialize(program, control, start_values or {}, solver_tolerance)
         controller = self._controller(program, control, tolerance) if tolerance is not None else None
-        told = (_told(program.linear_inputs),) if interpolation == "linear" else ()
-        notes = (*system_notes(self.system), *coupling_notes(self.system, treatment, algorithm, self._recorded), *told)
+        linear_notes = (_linear_note(program.linear_inputs),) if interpolation == "linear" else ()
+        notes = (*system_notes(self.system), *coupling_notes(self.system, treatment, algorithm, self._recorded), *linear_notes)
         notes += step_notes(self.system, treatment, step, [self._scales])
         return self._stepped(program, control, progress, notes, controller)
 
@@ -332,7 +332,7 @@ def _record_into(control: Any, times: np.ndarray, record: np.ndarray) -> None:
     control.next_row = record.ctypes.data + int(control.rows) * record.shape[1] * record.itemsize
 
 
-def _told(linear: list[Port]) -> str:
+def _linear_note(linear: list[Port]) -> str:
     """What a user should know of the inputs that are linear over a step."""
     if not linear:
         return "all inputs are held over each step: no FMU takes derivatives of its connected inputs"

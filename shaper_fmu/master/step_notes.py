@@ -48,10 +48,10 @@ def own_values(system: SystemStructure, ports: list[Port]) -> dict[Port, float]:
     values = {}
     for name, variable in ports:
         declared = system.fmus[name].variables[variable]
-        told = system.start_values[name].get(variable, declared.start)
-        if declared.causality == "parameter" and told is not None:
+        given = system.start_values[name].get(variable, declared.start)
+        if declared.causality == "parameter" and given is not None:
             with contextlib.suppress(ValueError):  # a text: not one of these
-                values[name, variable] = float(told)
+                values[name, variable] = float(given)
     return values
 
 
@@ -70,9 +70,9 @@ def step_notes(system: SystemStructure, treatment: Treatment, step: float, runs:
         length = value if move else 2.0 * math.pi / value
         needed = _steps_of_a_move(system, name, treatment, values) if move else _STEPS_OF_A_PERIOD[treatment.exact]
         if step * needed > length * (1.0 + 1e-9):
-            words = f"{name}.{variable} = {value:.6g} {_UNITS[variable.split('[')[0]]}"
+            which = f"{name}.{variable} = {value:.6g} {_UNITS[variable.split('[')[0]]}"
             what = f"it has {length / step:.3g} steps{'' if move else ' a period'}, and needs {needed} ({length / needed:.3g} s)"
-            shortest[name] = min(shortest.get(name, (math.inf, "")), (length / needed, f"{words}: {what}"))
+            shortest[name] = min(shortest.get(name, (math.inf, "")), (length / needed, f"{which}: {what}"))
     return tuple(f"a step of {step:.6g} s is long for {text}" for _, text in shortest.values())
 
 

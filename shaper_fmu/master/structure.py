@@ -73,8 +73,8 @@ class SystemStructure:
         structural parameters. Instances of nested systems have names with dots, like "slide.valve".
         """
         if not _NAME.fullmatch(name):
-            words = "letters, digits and _ only, not beginning with a digit (and dots between the names of nested systems)"
-            raise ModelError([f"{name!r} is no name for an instance: {words}"])
+            message = "letters, digits and _ only, not beginning with a digit (and dots between the names of nested systems)"
+            raise ModelError([f"{name!r} is no name for an instance: {message}"])
         if name in self.fmus:
             raise ModelError([f"there is already an instance {name!r}"])
         loaded = fmu if isinstance(fmu, Fmu) else load_fmu(fmu)
@@ -190,8 +190,8 @@ class SystemStructure:
         given = {*mapping.values(), *(mapping.get(value, value) for value in values)}
         wrong = sorted(given - set(items.values())) if items else []
         if wrong:
-            words = f"{'.'.join(source)} -> {'.'.join(target)}: {wrong[0]} is no item of the enumeration: {shown_items(items)}"
-            raise ModelError([f"{words}; a mapping of values is needed"])
+            message = f"{'.'.join(source)} -> {'.'.join(target)}: {wrong[0]} is no item of the enumeration: {shown_items(items)}"
+            raise ModelError([f"{message}; a mapping of values is needed"])
 
     def drive(self, target: str, source: Any, interpolation: Interpolation = "hold") -> None:
         """Feed an input from outside: a function of time, a number, or a table (see `make_signal`)."""

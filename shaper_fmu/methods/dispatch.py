@@ -77,10 +77,10 @@ def _function(enumeration: str, question: Question, methods: Iterable[Found[Any]
         answer = getattr(one.record, question.field)
         if answer is None:
             continue
-        said = _call(one, question, imports) if callable(answer) else repr(answer)
-        if said == question.otherwise:
+        expression = _call(one, question, imports) if callable(answer) else repr(answer)
+        if expression == question.otherwise:
             continue
-        lines += [f"    if kind == {enumeration}.{one.record.name}:", f"        return {said}"]
+        lines += [f"    if kind == {enumeration}.{one.record.name}:", f"        return {expression}"]
     return "\n".join([*lines, f"    return {question.otherwise}"])
 
 

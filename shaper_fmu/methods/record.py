@@ -44,7 +44,7 @@ class Method:
                 raise ComponentError(f"{self.name}: {name} must be a Parameter: a single number, real or whole, and not tunable")
 
     @property
-    def words(self) -> str:
+    def label(self) -> str:
         """Its usual name."""
         return self.title or self.name.replace("_", " ")
 

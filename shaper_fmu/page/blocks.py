@@ -23,12 +23,12 @@ class Text:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts under a heading; the first column is left-aligned, the others right: all left if they hold `words`."""
+    """A table of texts under a heading; the first column is left-aligned, the others right: all of them left if `left_aligned`."""
 
     title: str
     head: list[str]
     rows: list[list[str]]
-    words: bool = False
+    left_aligned: bool = False
 
 
 @dataclass(frozen=True)
@@ -59,11 +59,11 @@ h2 { font-size: 1.2rem; margin-top: 2rem; }
 table { border-collapse: collapse; margin: 0.5rem 0 1.5rem; }
 th, td { border-bottom: 1px solid #ccc; padding: 0.3rem 0.9rem; text-align: right; }
 th:first-child, td:first-child { text-align: left; }
-.words th, .words td { text-align: left; vertical-align: top; }
+.left-aligned th, .left-aligned td { text-align: left; vertical-align: top; }
 thead th { border-bottom: 2px solid #555; }
 h3 { font-size: 1.05rem; margin: 1.5rem 0 0.3rem; }
 td, th { overflow-wrap: break-word; max-width: 40rem; }
-.words td { overflow-wrap: anywhere; }
+.left-aligned td { overflow-wrap: anywhere; }
 nav ul { columns: 2; padding-left: 1.2rem; }
 .figure { margin: 1rem 0; }
 @page { size: A4; margin: 14mm; }
@@ -103,7 +103,7 @@ addEventListener("afterprint", () => fit(null));
 <p>{{ block.text }}</p>
 {% elif kind == "Table" %}
 <h{{ 3 if headings else 2 }}>{{ block.title }}</h{{ 3 if headings else 2 }}>
-<table{% if block.words %} class="words"{% endif %}>
+<table{% if block.left_aligned %} class="left-aligned"{% endif %}>
 <thead><tr>{% for cell in block.head %}<th>{{ cell }}</th>{% endfor %}</tr></thead>
 <tbody>
 {% for row in block.rows %}

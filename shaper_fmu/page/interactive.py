@@ -29,19 +29,19 @@ def interactive(figure: Figure) -> str:
         style = {"color": colour, "dash": dash, "width": 2}
         mode = ("lines+markers" if line.markers else "lines") if line.joined else "markers"
         marker = {"color": colour, "symbol": symbol, "size": 6 if line.joined else 11 if len(line.x) == 1 else 4}
-        trace = go.Scatter(x=line.x.tolist(), y=line.y.tolist(), name=_words(line.name), mode=mode, line=style, marker=marker)
+        trace = go.Scatter(x=line.x.tolist(), y=line.y.tolist(), name=_escaped(line.name), mode=mode, line=style, marker=marker)
         drawn.add_trace(trace)
     for value, text in figure.levels:
-        drawn.add_hline(y=value, line={"color": "#555", "width": 1, "dash": "dot"}, annotation_text=_words(text))
+        drawn.add_hline(y=value, line={"color": "#555", "width": 1, "dash": "dot"}, annotation_text=_escaped(text))
     for value, text in figure.marks:
         drawn.add_vline(x=value, line={"color": "#555", "width": 1, "dash": "dot"})
         place = math.log10(value) if figure.log_x else value  # plotly wants it so for annotations, but not for lines
         annotation = {"yref": "paper", "y": 1.0, "yanchor": "top", "xanchor": "left", "showarrow": False}
-        drawn.add_annotation(x=place, text=_words(text), **annotation)
+        drawn.add_annotation(x=place, text=_escaped(text), **annotation)
     drawn.update_layout(
-        title={"text": _words(figure.title), "x": 0.01, "xanchor": "left"},
-        xaxis={"title": _words(figure.x_label), "type": "log" if figure.log_x else "linear"},
-        yaxis={"title": _words(figure.y_label), "rangemode": "tozero"},
+        title={"text": _escaped(figure.title), "x": 0.01, "xanchor": "left"},
+        xaxis={"title": _escaped(figure.x_label), "type": "log" if figure.log_x else "linear"},
+        yaxis={"title": _escaped(figure.y_label), "rangemode": "tozero"},
         template="plotly_white",
         height=440,
         showlegend=True,
@@ -54,7 +54,7 @@ def interactive(figure: Figure) -> str:
 def interactive_map(map_: Map) -> str:
     """The map as an HTML element, for a page that holds `plotly_script`."""
     rows, columns = map_.grid()
-    titles = ["<br>".join(map(_words, textwrap.wrap(name, _TITLE))) for name, _ in map_.panels]
+    titles = ["<br>".join(map(_escaped, textwrap.wrap(name, _TITLE))) for name, _ in map_.panels]
     drawn = make_subplots(
         rows, columns, shared_xaxes=True, shared_yaxes=True, subplot_titles=titles,
         horizontal_spacing=0.03, vertical_spacing=0.12 / rows,
@@ -64,8 +64,8 @@ def interactive_map(map_: Map) -> str:
     for i, (name, values) in enumerate(map_.panels):
         row, column = i // columns + 1, i % columns + 1
         z = [[float(f"{value:.5g}") for value in row] for row in values]  # what an eye can tell; whole numbers fill the page
-        told = (map_.x_label, map_.y_label, map_.value_label, name)
-        x_label, y_label, value_label, panel = (_words(text).replace("%{", "% {") for text in told)  # %{ would be a variable
+        labels = (map_.x_label, map_.y_label, map_.value_label, name)
+        x_label, y_label, value_label, panel = (_escaped(text).replace("%{", "% {") for text in labels)  # %{ would be a variable
         hover = f"{x_label} %{{x:.4g}}<br>{y_label} %{{y:.4g}}<br>{value_label} %{{z:.4g}}<extra>{panel}</extra>"
         drawn.add_trace(go.Heatmap(x=x, y=y, z=z, coloraxis="coloraxis", zsmooth="best", hovertemplate=hover), row=row, col=column)
         for k, (level, _) in enumerate(map_.levels):
@@ -83,18 +83,18 @@ def interactive_map(map_: Map) -> str:
             col=column,
         )
     for column in range(1, columns + 1) if columns < 3 else (2,):  # three side by side would touch each other
-        drawn.update_xaxes(title=_words(map_.x_label), row=rows, col=column)
+        drawn.update_xaxes(title=_escaped(map_.x_label), row=rows, col=column)
     drawn.update_xaxes(range=[x[0], x[-1]])
     drawn.update_yaxes(range=[y[0], y[-1]])
     for row in range(rows):
-        drawn.update_yaxes(title=_words(map_.y_label), row=row + 1, col=1)
+        drawn.update_yaxes(title=_escaped(map_.y_label), row=row + 1, col=1)
     drawn.update_layout(
-        title={"text": _words(map_.title), "x": 0.01, "xanchor": "left"},
+        title={"text": _escaped(map_.title), "x": 0.01, "xanchor": "left"},
         coloraxis={
             "colorscale": "Cividis",
             "cmin": low,
             "cmax": high,
-            "colorbar": {"title": {"text": _words(map_.value_label), "side": "right"}},
+            "colorbar": {"title": {"text": _escaped(map_.value_label), "side": "right"}},
         },
         template="plotly_white",
         height=160 + 280 * rows,
@@ -104,7 +104,7 @@ def interactive_map(map_: Map) -> str:
     return _element(drawn, map_.key)
 
 
-def _words(text: str) -> str:
+def _escaped(text: str) -> str:
     """Text as plotly shows it as it stands: it takes some tags for formatting, and $ for the begin of a formula."""
     return html.escape(text, quote=False).replace("$", "&#36;")
 

@@ -40,7 +40,7 @@ def write_pictures(figures: Sequence[Figure], *paths: Path) -> Path:
 def _draw(figure: Figure, axes: Any) -> None:
     for line, (colour, dash), symbol in zip(figure.lines, figure.styles(), figure.symbols(), strict=True):
         axes.plot(
-            line.x, line.y, color=colour, label=_words(line.name),
+            line.x, line.y, color=colour, label=_escaped(line.name),
             linestyle=_STYLES[dash] if line.joined else "",
             marker=_SYMBOLS[symbol] if line.markers or not line.joined else "",
             markersize=4 if line.joined else 8 if len(line.x) == 1 else 2.5,
@@ -48,7 +48,7 @@ def _draw(figure: Figure, axes: Any) -> None:
     for value, text in figure.levels:
         axes.axhline(value, color="#555555", linewidth=0.8, linestyle=":")
         axes.annotate(
-            _words(text),
+            _escaped(text),
             (1.0, value),
             xycoords=("axes fraction", "data"),
             ha="right",
@@ -59,7 +59,7 @@ def _draw(figure: Figure, axes: Any) -> None:
     for value, text in figure.marks:
         axes.axvline(value, color="#555555", linewidth=0.8, linestyle=":")
         axes.annotate(
-            _words(text),
+            _escaped(text),
             (value, 0.985),
             xycoords=("data", "axes fraction"),
             ha="right",
@@ -70,7 +70,7 @@ def _draw(figure: Figure, axes: Any) -> None:
         )
     if figure.log_x:
         axes.set_xscale("log")
-    axes.set(title=_words(figure.title), xlabel=_words(figure.x_label), ylabel=_words(figure.y_label))
+    axes.set(title=_escaped(figure.title), xlabel=_escaped(figure.x_label), ylabel=_escaped(figure.y_label))
     if axes.get_ylim()[0] > 0.0:
         axes.set_ylim(bottom=0.0)  # as in the page
     axes.grid(True, linewidth=0.4, color="#cccccc")
@@ -95,16 +95,16 @@ def write_map_picture(map_: Map, *paths: Path) -> Path:
                 edge = [withStroke(linewidth=1.5 if k else 3.0, foreground="black")]  # seen on every colour, and in print
                 lines = axes.contour(map_.x, map_.y, values, [level], colors="white", linewidths=0.8 if k else 1.8)
                 lines.set_path_effects(edge)
-                for label in axes.clabel(lines, fmt={level: _words(text)}, fontsize="small"):
+                for label in axes.clabel(lines, fmt={level: _escaped(text)}, fontsize="small"):
                     label.set_path_effects([withStroke(linewidth=2.0, foreground="black")])
         for x, y in map_.points:
             axes.plot(x, y, "+", color="white", markersize=9, markeredgewidth=2.0)
-        axes.set_title(_words(textwrap.fill(name, _TITLE)), fontsize="medium")
+        axes.set_title(_escaped(textwrap.fill(name, _TITLE)), fontsize="medium")
     if drawn is not None:
-        canvas.colorbar(drawn, ax=panels, label=_words(map_.value_label), extend="neither" if map_.largest is None else "max")
-    canvas.suptitle(_words(map_.title))
-    canvas.supxlabel(_words(map_.x_label), fontsize="medium")
-    canvas.supylabel(_words(map_.y_label), fontsize="medium")
+        canvas.colorbar(drawn, ax=panels, label=_escaped(map_.value_label), extend="neither" if map_.largest is None else "max")
+    canvas.suptitle(_escaped(map_.title))
+    canvas.supxlabel(_escaped(map_.x_label), fontsize="medium")
+    canvas.supylabel(_escaped(map_.y_label), fontsize="medium")
     return _save(canvas, paths)
 
 
@@ -121,7 +121,7 @@ def _save(canvas: Canvas, paths: Sequence[Path]) -> Path:
     return paths[0]
 
 
-def _words(text: str) -> str:
+def _escaped(text: str) -> str:
     """Text as matplotlib shows it as it stands: $ begins a formula, and legends leave out names that begin with _."""
     escaped = text.replace("$", r"\$")
     return f" {escaped}" if escaped.startswith("_") else escaped

@@ -1,4 +1,4 @@
-"""What a paper says, and what the FMUs say to it."""
+"""The claims of a paper, and their verdicts by the FMUs."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from shaper_fmu.page.blocks import Block
+from shaper_fmu.renamed import renamed_attribute
 
 Verdict = Literal["reproduced", "not reproduced", "not decidable"]
 
@@ -15,16 +16,18 @@ class Claim:
     """A statement of a paper and its verdict.
 
     Attributes:
-        words: what the paper says, as a short quotation or close paraphrase, with its section or figure.
+        statement: what the paper says, as a short quotation or close paraphrase, with its section or figure.
         number: the number found here, with its unit.
         verdict: "not decidable" where the paper does not say enough to try it.
         why: what was run, and how it decides.
     """
 
-    words: str
+    statement: str
     number: str
     verdict: Verdict
     why: str
+
+    words = renamed_attribute("words", "statement")
 
 
 @dataclass(frozen=True)

@@ -53,11 +53,11 @@ def load_ssp(path: Path | str, variant: str | None = None) -> SspSystem:
 
 def _deviations(name: str, findings: Findings) -> list[str]:
     """A note that there are findings which do not matter for a run."""
-    told = findings.texts(Weight.DEVIATION, Weight.DEVIATION)
-    if not told:
+    deviations = findings.texts(Weight.DEVIATION, Weight.DEVIATION)
+    if not deviations:
         return []
-    more = f"; and {len(told) - _SHOWN} more" if len(told) > _SHOWN else ""
-    return [f"{name} is not to the standard, but can be run ('shaper-fmu check' tells all): {'; '.join(told[:_SHOWN])}{more}"]
+    more = f"; and {len(deviations) - _SHOWN} more" if len(deviations) > _SHOWN else ""
+    return [f"{name} is not to the standard, but can be run ('shaper-fmu check' tells all): {'; '.join(deviations[:_SHOWN])}{more}"]
 
 
 def variants(files: Mapping[str, bytes]) -> list[str]:

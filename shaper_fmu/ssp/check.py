@@ -61,20 +61,20 @@ def file_findings(files: Mapping[str, bytes]) -> list[Finding]:
     if DESCRIPTION not in files:
         found = f"; it has {', '.join(descriptions)}" if descriptions else ", so this is not an SSP archive"
         return [Finding("", 0, f"no {DESCRIPTION}{found}", Weight.LOAD)]
-    told, seen = Findings(), set()
+    reported, seen = Findings(), set()
     for name in [*variants(files), *descriptions]:
         if name not in seen:
             own = _check_description(files, name)
             seen |= own.seen.keys()
-            told.add(own.findings, Weight.LOAD if "/" not in name else Weight.DEVIATION)
+            reported.add(own.findings, Weight.LOAD if "/" not in name else Weight.DEVIATION)
     rest = Files(files, Findings())
     for name in sorted(files.keys() - seen):
         reader = _READERS.get(PurePosixPath(name).suffix)
         if reader is not None:
             rest.read(name, reader)
-    told.add(rest.findings, Weight.DEVIATION)
+    reported.add(rest.findings, Weight.DEVIATION)
     order = {name: place for place, name in enumerate([*descriptions, *sorted(set(files) - set(descriptions))])}
-    return sorted(told, key=lambda one: (order.get(one.file, len(order)), one.line))
+    return sorted(reported, key=lambda one: (order.get(one.file, len(order)), one.line))
 
 
 def _check_description(files: Mapping[str, bytes], name: str) -> Files:
@@ -95,19 +95,19 @@ def _check_experiment(description: SystemDescription, file: str, findings: Findi
     experiment = description.experiment
     start, stop = description.start_time or 0.0, description.stop_time
     if experiment is not None and stop is not None and not stop > start:
-        words = f"default experiment: stopTime = {stop:g} s is not after startTime = {start:g} s"
-        findings.tell(file, experiment.line, words, Weight.RUN if stop < start else Weight.DEVIATION)
+        message = f"default experiment: stopTime = {stop:g} s is not after startTime = {start:g} s"
+        findings.report(file, experiment.line, message, Weight.RUN if stop < start else Weight.DEVIATION)
     for annotation in description.all_annotations():
         try:
             run_settings([annotation.xml])
         except ModelError as error:
             for problem in error.problems:
-                findings.tell(file, annotation.line, problem, Weight.RUN)
+                findings.report(file, annotation.line, problem, Weight.RUN)
             return
     step = description.step_size
     if experiment is not None and stop is not None and step is not None and stop > start:
         for problem in _time_problems(System(), start, stop, step):
-            findings.tell(file, experiment.line, problem, Weight.RUN)
+            findings.report(file, experiment.line, problem, Weight.RUN)
 
 
 def _time_problems(system: System, start: float, stop: float, step: float) -> list[str]:
@@ -126,9 +126,9 @@ def _check_fmus(found: Resolved) -> None:
         assert isinstance(place.element, Component)
         what = f"component {place.element.name!r}"
         for finding in fmu.findings:
-            place.scope.tell(place.element.line, f"{what}: {fmu.name}: modelDescription.xml: {finding}", Weight.DEVIATION)
+            place.scope.report(place.element.line, f"{what}: {fmu.name}: modelDescription.xml: {finding}", Weight.DEVIATION)
         for problem in _library_problems(fmu):
-            place.scope.tell(place.element.line, f"{what}: {fmu.name}{problem}", Weight.RUN)
+            place.scope.report(place.element.line, f"{what}: {fmu.name}{problem}", Weight.RUN)
 
 
 def _library_problems(fmu: Fmu) -> list[str]:
@@ -144,21 +144,21 @@ def _library_problems(fmu: Fmu) -> list[str]:
 def _check_sets(found: Resolved) -> None:
     """The sets in parameter_sets/, which are for the whole system and applied on demand: a run with one of them is refused."""
     sets = {name.removeprefix(SETS): content for name, content in found.files.content.items() if name.startswith(SETS)}
-    told = Findings()
+    reported = Findings()
     loaded = SspSystem(found.system, found.structure, "", sets, network=found.network, instances=found.instances)
-    check_parameter_sets(loaded, told)
-    found.findings.add(told, Weight.RUN)
+    check_parameter_sets(loaded, reported)
+    found.findings.add(reported, Weight.RUN)
     found.files.seen.update({f"{SETS}{name}": None for name in sets})
 
 
 def _check_run(found: Resolved) -> None:
     """What stops the whole system from being run by our master."""
-    told, structure = found.system.check(), found.structure
+    reported, structure = found.system.check(), found.structure
     with contextlib.suppress(ModelError):  # of an annotation, which is told
         start, stop, step = structure.start_time or 0.0, structure.stop_time, structure.step_size
         if stop is not None and step is not None and stop > start:
-            told += _time_problems(found.system, start, stop, step)
-    known = {finding.words for finding in found.findings}
-    for problem in told:
+            reported += _time_problems(found.system, start, stop, step)
+    known = {finding.message for finding in found.findings}
+    for problem in reported:
         if problem not in known:
-            found.findings.tell("", 0, problem, Weight.RUN)
+            found.findings.report("", 0, problem, Weight.RUN)

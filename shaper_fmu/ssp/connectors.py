@@ -47,10 +47,10 @@ def _check_declared(scope: Scope, path: str, element: Element) -> None:
     for connector in element.connectors:
         name = scope.label(path, connector.name)
         if connector.name in seen:
-            scope.bear(connector.line, f"connector {name!r} is there twice, first in line {seen[connector.name]}")
+            scope.report_deviation(connector.line, f"connector {name!r} is there twice, first in line {seen[connector.name]}")
         seen.setdefault(connector.name, connector.line)
         if connector.kind == "inout" and not isinstance(element, DictionaryReference):
-            scope.bear(connector.line, f"connector {name}: only connectors of signal dictionaries can be of kind inout")
+            scope.report_deviation(connector.line, f"connector {name}: only connectors of signal dictionaries can be of kind inout")
         if connector.type is not None:
             scope.meaning(connector.type, f"connector {name}", connector.line)
 
@@ -58,27 +58,27 @@ def _check_declared(scope: Scope, path: str, element: Element) -> None:
 def _component_fmu(files: Files, scope: Scope, component: Component) -> Fmu | None:
     """The FMU of a component that is one; None if it has none that can be run, which is told."""
 
-    def tell(words: str) -> None:
-        scope.tell(component.line, f"component {component.name!r}{words}")
+    def report(message: str) -> None:
+        scope.report(component.line, f"component {component.name!r}{message}")
 
     if component.source is None:
-        tell(" has no source: a design without an implementation cannot be run")
+        report(" has no source: a design without an implementation cannot be run")
         return None
     if component.type in (SSD_TYPE, SSP_TYPE):
         return None  # told
     if component.type != FMU_TYPE:
-        tell(f" is of type {component.type!r}; FMUs ({FMU_TYPE}) and systems can be run")
+        report(f" is of type {component.type!r}; FMUs ({FMU_TYPE}) and systems can be run")
         return None
-    path = files.find(component.source, scope.file, lambda words: tell(f": {words}"))
+    path = files.find(component.source, scope.file, lambda message: report(f": {message}"))
     if path is None:
         return None
     if component.implementation not in ("any", "CoSimulation"):
-        tell(f" asks for {component.implementation}; FMUs are run by co-simulation alone")
+        report(f" asks for {component.implementation}; FMUs are run by co-simulation alone")
     try:
         return fmu_from_bytes(PurePosixPath(path).name, files.content[path])
     except ShaperFmuError as error:
         for problem in getattr(error, "problems", None) or [" ".join(str(error).split())]:
-            tell(f": {problem}")
+            report(f": {problem}")
         return None
 
 
@@ -87,19 +87,21 @@ def _check_against_fmu(scope: Scope, name: str, connector: Connector, fmu: Fmu) 
     variable = fmu.variables.get(fmu.elements_of(connector.name)[0])
     if variable is None:
         known = [v.name for v in fmu.variables.values() if v.causality == connector.kind] or list(fmu.variables)
-        scope.tell(connector.line, f"connector {name} is no variable of {fmu.name}.{nearest(connector.name, known)}")
+        scope.report(connector.line, f"connector {name} is no variable of {fmu.name}.{nearest(connector.name, known)}")
         return
     if connector.kind not in (variable.causality, "unspecified"):
         weight = Weight.LOAD if connector.kind in _FIXED_KINDS else Weight.DEVIATION
-        scope.tell(connector.line, f"connector {name} is of kind {connector.kind}, but {variable.causality} in {fmu.name}", weight)
+        scope.report(
+            connector.line, f"connector {name} is of kind {connector.kind}, but {variable.causality} in {fmu.name}", weight
+        )
     if connector.type is not None:
         own, theirs = scope.meaning(connector.type, f"connector {name}", connector.line), fmu_meaning(fmu, connector.name)
         line = connector.type.line or connector.line
         if own.kind != theirs.kind:
-            scope.bear(line, f"connector {name} is of type {connector.type.name}, but {variable.type} in {fmu.name}")
+            scope.report_deviation(line, f"connector {name} is of type {connector.type.name}, but {variable.type} in {fmu.name}")
         else:
-            words = "connector {name} is in {one}, which does not convert to {other} of {fmu}"
-            unit_misfits(scope, line, own.unit, theirs.unit, words, name=name, fmu=fmu.name)
+            message = "connector {name} is in {one}, which does not convert to {other} of {fmu}"
+            unit_misfits(scope, line, own.unit, theirs.unit, message, name=name, fmu=fmu.name)
         if own.items is not None and theirs.items is not None:
             _check_items(scope, name, own.items, theirs.items, fmu, line)
     _check_dimensions(scope, name, connector, fmu, str(variable.name))
@@ -108,19 +110,21 @@ def _check_against_fmu(scope: Scope, name: str, connector: Connector, fmu: Fmu) 
 def _check_items(scope: Scope, name: str, own: Mapping[str, int], theirs: Mapping[str, int], fmu: Fmu, line: int) -> None:
     for item, value in own.items():
         if item not in theirs:
-            scope.bear(line, f"connector {name}: {fmu.name} has no item {item!r}.{nearest(item, theirs)}")
+            scope.report_deviation(line, f"connector {name}: {fmu.name} has no item {item!r}.{nearest(item, theirs)}")
         elif theirs[item] != value:
-            scope.bear(line, f"connector {name}: item {item!r} has the value {value}, but {theirs[item]} in {fmu.name}")
+            scope.report_deviation(line, f"connector {name}: item {item!r} has the value {value}, but {theirs[item]} in {fmu.name}")
 
 
 def _check_dimensions(scope: Scope, name: str, connector: Connector, fmu: Fmu, first: str) -> None:
     elements = len(fmu.elements_of(connector.name))
     sizes = [dimension.size for dimension in connector.dimensions]
     if sizes and None not in sizes and math.prod(size or 0 for size in sizes) != elements:
-        said = " x ".join(str(size) for size in sizes)
-        scope.bear(connector.line, f"connector {name} has {said} elements, but {elements} in {fmu.name}")
+        shown = " x ".join(str(size) for size in sizes)
+        scope.report_deviation(connector.line, f"connector {name} has {shown} elements, but {elements} in {fmu.name}")
     elif not sizes and first != connector.name:
-        scope.bear(connector.line, f"connector {name} is an array of {elements} elements in {fmu.name}; tell its dimensions")
+        scope.report_deviation(
+            connector.line, f"connector {name} is an array of {elements} elements in {fmu.name}; tell its dimensions"
+        )
 
 
 def _check_signals(structure: Structure, place: Place, reference: DictionaryReference) -> None:
@@ -133,14 +137,14 @@ def _check_signals(structure: Structure, place: Place, reference: DictionaryRefe
         entry = next((entry for entry in dictionary.entries if entry.name == connector.name), None)
         if entry is None:
             known = nearest(connector.name, [entry.name for entry in dictionary.entries])
-            scope.bear(connector.line, f"{what} is no signal of the dictionary {reference.dictionary!r}.{known}")
+            scope.report_deviation(connector.line, f"{what} is no signal of the dictionary {reference.dictionary!r}.{known}")
         elif connector.type is not None:
             own = scope.meaning(connector.type, what, connector.line)
             signal = home.meaning(entry.type, f"signal {entry.name}", entry.line)
             faults = structure.signal_faults.setdefault((place.path, connector.name), [])
             if own.kind != signal.kind:
-                words = f"{what} is of type {connector.type.name}, but {entry.type.name} in the dictionary"
-                faults.append(scope.bear(connector.line, words))
+                message = f"{what} is of type {connector.type.name}, but {entry.type.name} in the dictionary"
+                faults.append(scope.report_deviation(connector.line, message))
             else:
-                words = "{what} is in {one}, which does not convert to {other} of the dictionary"
-                faults += unit_misfits(scope, connector.line, own.unit, signal.unit, words, what=what)
+                message = "{what} is in {one}, which does not convert to {other} of the dictionary"
+                faults += unit_misfits(scope, connector.line, own.unit, signal.unit, message, what=what)

@@ -35,16 +35,16 @@ class Files:
         self.seen: dict[str, object] = {}
         self.unreadable: set[str] = set()
 
-    def find(self, source: str, base: str, tell: Callable[[str], object]) -> str | None:
+    def find(self, source: str, base: str, report: Callable[[str], object]) -> str | None:
         """The archive's file that a source names, relative to the file `base`; None if that is told as wrong."""
         try:
             found = path_of(source, base)
         except ArchiveError as error:
-            tell(str(error))
+            report(str(error))
             return None
         if found in self.content:
             return found
-        tell(f"{source!r} is missing in the archive.{nearest(found, self.content) if found else ''}")
+        report(f"{source!r} is missing in the archive.{nearest(found, self.content) if found else ''}")
         return None
 
     def read(self, path: str, read: Reader[T], content: bytes | None = None) -> T | None:
@@ -66,12 +66,12 @@ class Files:
     ) -> T | None:
         """What a source names, or else what is inline; None if there is nothing, which is told (`lacking`: if both are missing)."""
         if source is not None and inline is not None:
-            scope.tell(line, f"{what} has both a source and {parts} inline", Weight.NOTE)
+            scope.report(line, f"{what} has both a source and {parts} inline", Weight.NOTE)
         if source is None:
             if inline is None:
-                scope.tell(line, f"{what} has neither a source nor {parts} inline", lacking)
+                scope.report(line, f"{what} has neither a source nor {parts} inline", lacking)
             return inline
-        path = self.find(source, scope.file, lambda words: scope.tell(line, f"{what}: {words}"))
+        path = self.find(source, scope.file, lambda message: scope.report(line, f"{what}: {message}"))
         return self.read(path, read) if path is not None else None
 
     def unpack(self, archive: str) -> None:
@@ -79,7 +79,7 @@ class Files:
         try:
             inner = read_archive(self.content[archive], archive)
         except ArchiveError as error:
-            self.findings.tell(archive, 0, _bare(str(error), archive), Weight.LOAD)
+            self.findings.report(archive, 0, _bare(str(error), archive), Weight.LOAD)
             return
         self.content.update({f"{archive}/{name}": content for name, content in inner.items()})
 
@@ -87,9 +87,9 @@ class Files:
         """Findings are the schema's, and the reader's at lines of which the schema says nothing; where the reader has any, meaning
         is lost."""
         try:
-            told = [_split(problem, path) for problem in schema_problems(content, path)]
+            invalid = [_split(problem, path) for problem in schema_problems(content, path)]
         except ArchiveError as error:
-            self.findings.tell(path, 0, _bare(str(error), path), Weight.LOAD)
+            self.findings.report(path, 0, _bare(str(error), path), Weight.LOAD)
             self.unreadable.add(path)
             return None
         document, problems = None, []
@@ -99,9 +99,9 @@ class Files:
             document = error.rest if isinstance(error, PartlyRead) else None
             problems = [_split(problem, path) for problem in error.problems]
         lost = {(file, line) for file, line, _ in problems}
-        lines = {(file, line) for file, line, _ in told}
-        for file, line, words in [*told, *(one for one in problems if one[:2] not in lines)]:
-            self.findings.tell(file, line, words, Weight.LOAD if (file, line) in lost else Weight.DEVIATION)
+        lines = {(file, line) for file, line, _ in invalid}
+        for file, line, message in [*invalid, *(one for one in problems if one[:2] not in lines)]:
+            self.findings.report(file, line, message, Weight.LOAD if (file, line) in lost else Weight.DEVIATION)
         self.findings.lost |= lost
         return document  # pyright: ignore[reportReturnType]
 
@@ -112,8 +112,8 @@ def _split(problem: str, file: str) -> Key:
     return (match[1], int(match[2]), match[3]) if match else (file, 0, _bare(problem, file))
 
 
-def _bare(words: str, file: str) -> str:
-    return " ".join(words.removeprefix(f"{file}: ").split())
+def _bare(message: str, file: str) -> str:
+    return " ".join(message.removeprefix(f"{file}: ").split())
 
 
 def path_of(source: str, base: str) -> str:

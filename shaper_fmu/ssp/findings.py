@@ -6,6 +6,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
 
+from shaper_fmu.renamed import renamed_attribute
+
 Key = tuple[str, int, str]
 """File, line (0: the file as a whole) and words."""
 
@@ -29,8 +31,10 @@ class Finding:
 
     file: str
     line: int
-    words: str
+    message: str
     weight: Weight
+
+    words = renamed_attribute("words", "message")
 
     @property
     def stops(self) -> bool:
@@ -39,8 +43,8 @@ class Finding:
 
     def __str__(self) -> str:
         if not self.file:
-            return self.words
-        return f"{self.file}, line {self.line}: {self.words}" if self.line else f"{self.file}: {self.words}"
+            return self.message
+        return f"{self.file}, line {self.line}: {self.message}" if self.line else f"{self.file}: {self.message}"
 
 
 @dataclass
@@ -50,22 +54,22 @@ class Findings:
     lost: set[tuple[str, int]] = field(default_factory=set)
     _weights: dict[Key, Weight] = field(default_factory=dict)
 
-    def tell(self, file: str, line: int, words: str, weight: Weight) -> Key:
+    def report(self, file: str, line: int, message: str, weight: Weight) -> Key:
         """Note a finding, unless meaning is lost in its line, which is told already."""
-        key = file, line, words
+        key = file, line, message
         if (file, line) not in self.lost:
             self._weights[key] = max(weight, self._weights.get(key, weight))
         return key
 
     def weigh(self, keys: Iterable[Key], weight: Weight) -> None:
         """Make findings graver, which may be those of other findings."""
-        for file, line, words in keys:
-            self.tell(file, line, words, weight)
+        for file, line, message in keys:
+            self.report(file, line, message, weight)
 
     def add(self, others: Iterable[Finding], at_most: Weight = Weight.LOAD) -> None:
         """Take over findings, as far as they are not here."""
         for one in others:
-            key, weight = (one.file, one.line, one.words), min(one.weight, at_most)
+            key, weight = (one.file, one.line, one.message), min(one.weight, at_most)
             self._weights[key] = max(weight, self._weights.get(key, weight))
 
     def __iter__(self) -> Iterator[Finding]:

@@ -101,7 +101,7 @@ class SspSystem:
                 self.system.check_settable(f"{instance}.{variable}")
             except ModelError as error:
                 for problem in error.problems:
-                    given.scope.tell(given.line, f"{given.what}: {problem}")
+                    given.scope.report(given.line, f"{given.what}: {problem}")
                 continue
             try:
                 found.append((instance, start_values_of(self.network, path, variable, setting.value)))

@@ -26,8 +26,8 @@ def check_loops(network: Network) -> None:
         at = min(wires, key=lambda wire: wire.line)
         path = [node for wire in wires for node in (wire.source, wire.target) if node.path in network.places]
         ends = list(dict.fromkeys(at.scope.label(node.path, node.name) for node in path))
-        words = " -> ".join([*ends, ends[0]])
-        at.scope.bear(at.line, f"a loop acts on itself without delay: {words}; put a delay or a state into it")
+        message = " -> ".join([*ends, ends[0]])
+        at.scope.report_deviation(at.line, f"a loop acts on itself without delay: {message}; put a delay or a state into it")
 
 
 def declared_inputs(fmu: Fmu, output: str) -> list[str]:

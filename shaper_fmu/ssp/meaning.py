@@ -32,7 +32,7 @@ class UnknownUnit(Unit):
     `told` are the findings that say so: none if it is an FMU that does not define it.
     """
 
-    told: tuple[Key, ...] = ()
+    reported: tuple[Key, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -61,20 +61,22 @@ class Scope:
         for what, found in (("unit", holder.units), ("enumeration", holder.enumerations)):
             twice = repeated(item.name for item in found)
             for item in {item.name: item for item in found if item.name in twice}.values():
-                scope.bear(item.line, f"{what} {item.name!r} is declared twice")
+                scope.report_deviation(item.line, f"{what} {item.name!r} is declared twice")
         for enumeration in holder.enumerations:
             for value in sorted(repeated(str(value) for value in enumeration.items.values())):
                 names = " and ".join(name for name, own in enumeration.items.items() if str(own) == value)
-                scope.bear(enumeration.line, f"enumeration {enumeration.name!r}: items {names} have the same value {value}")
+                scope.report_deviation(
+                    enumeration.line, f"enumeration {enumeration.name!r}: items {names} have the same value {value}"
+                )
         return scope
 
-    def tell(self, line: int, words: str, weight: Weight = Weight.LOAD) -> Key:
+    def report(self, line: int, message: str, weight: Weight = Weight.LOAD) -> Key:
         """Note a finding in this file."""
-        return self.findings.tell(self.file, line, words, weight)
+        return self.findings.report(self.file, line, message, weight)
 
-    def bear(self, line: int, words: str) -> Key:
+    def report_deviation(self, line: int, message: str) -> Key:
         """Note a finding that does not keep the system from being run as it was meant."""
-        return self.tell(line, words, Weight.DEVIATION)
+        return self.report(line, message, Weight.DEVIATION)
 
     def label(self, path: str, name: str = "") -> str:
         """How an element, or a connector of it, is called in words."""
@@ -86,14 +88,16 @@ class Scope:
         """The unit of this name; that it is not declared is told."""
         if name is None or name in self.units:
             return None if name is None else self.units[name]
-        key = self.bear(line, f"{what}: unit {name!r} is not declared in Units.{nearest(name, self.units)}")
-        return UnknownUnit(name, {name: 1}, told=(key,))
+        key = self.report_deviation(line, f"{what}: unit {name!r} is not declared in Units.{nearest(name, self.units)}")
+        return UnknownUnit(name, {name: 1}, reported=(key,))
 
     def items(self, name: str | None, what: str, line: int) -> Mapping[str, int] | None:
         """The items of the enumeration of this name; that it is not declared is told."""
         if name is None or name in self.enumerations:
             return None if name is None else self.enumerations[name].items
-        self.bear(line, f"{what}: enumeration {name!r} is not declared in Enumerations.{nearest(name, self.enumerations)}")
+        self.report_deviation(
+            line, f"{what}: enumeration {name!r} is not declared in Enumerations.{nearest(name, self.enumerations)}"
+        )
         return None
 
     def meaning(self, type_: DataType, what: str, line: int) -> Meaning:
@@ -144,28 +148,30 @@ def misfits(
 ) -> list[Key]:
     """Tell why values of one meaning cannot become values of another. Returns the findings, or those that say it already."""
     if isinstance(transformation, MappingTransformation):
-        return [scope.bear(transformation.line, words) for words in _table_misfits(what, transformation, source, target)]
-    words = None
+        return [
+            scope.report_deviation(transformation.line, message) for message in _table_misfits(what, transformation, source, target)
+        ]
+    message = None
     if isinstance(transformation, LinearTransformation) and (source.kind, target.kind) not in _NUMBERS:
         line = transformation.line or line
         odd = source.kind if source.kind not in ("real", "integer") else target.kind
-        words = f"a linear transformation cannot be applied to {_a(odd)}"
+        message = f"a linear transformation cannot be applied to {_a(odd)}"
     elif source.kind != target.kind and (source.kind, target.kind) not in _NUMBERS:
-        words = f"{_a(source.kind)} cannot become {_a(target.kind)}"
+        message = f"{_a(source.kind)} cannot become {_a(target.kind)}"
     elif source.items and target.items and source.items != target.items:
         odd = next(item for item in {**source.items, **target.items} if source.items.get(item) != target.items.get(item))
-        words = f"the enumerations differ in {odd!r}; a mapping of items is needed"
+        message = f"the enumerations differ in {odd!r}; a mapping of items is needed"
     elif not suppressed:
         return unit_misfits(scope, line, source.unit, target.unit, "{what}: unit {one} does not convert to {other}", what=what)
-    return [scope.bear(line, f"{what}: {words}")] if words else []
+    return [scope.report_deviation(line, f"{what}: {message}")] if message else []
 
 
-def unit_misfits(scope: Scope, line: int, one: Unit | None, other: Unit | None, words: str, **more: str) -> list[Key]:
+def unit_misfits(scope: Scope, line: int, one: Unit | None, other: Unit | None, message: str, **more: str) -> list[Key]:
     """Tell that units are of different kinds; nothing if one is not declared, which is told already and returned."""
     if one is None or other is None or not units_differ(one, other):
         return []
-    told = [key for unit in (one, other) if isinstance(unit, UnknownUnit) for key in unit.told]
-    return told or [scope.bear(line, words.format(one=one.name, other=other.name, **more))]
+    reported = [key for unit in (one, other) if isinstance(unit, UnknownUnit) for key in unit.reported]
+    return reported or [scope.report_deviation(line, message.format(one=one.name, other=other.name, **more))]
 
 
 def _a(kind: str) -> str:

@@ -56,17 +56,17 @@ class WireError(ModelError):
     def __init__(self, wire: Wire, problems: list[str], *units: Unit | None):
         scope = wire.scope
         ends = " -> ".join(scope.label(node.path.rpartition("/")[2], node.name) for node in (wire.source, wire.target))
-        words = [f"{ends}: {problem}" for problem in problems]
-        super().__init__([f"{scope.file}, line {wire.line}: {one}" for one in words])
-        self.wire, self.words = wire, words
-        told = tuple(key for unit in units if isinstance(unit, UnknownUnit) for key in unit.told)
-        self.faults = told or wire.faults
+        message = [f"{ends}: {problem}" for problem in problems]
+        super().__init__([f"{scope.file}, line {wire.line}: {one}" for one in message])
+        self.wire, self.message = wire, message
+        reported = tuple(key for unit in units if isinstance(unit, UnknownUnit) for key in unit.reported)
+        self.faults = reported or wire.faults
 
-    def tell(self, findings: Findings, weight: Weight = Weight.LOAD) -> None:
+    def report(self, findings: Findings, weight: Weight = Weight.LOAD) -> None:
         """Refuse the system for the findings by which the wire fails, or where there are none in these words."""
         findings.weigh(self.faults, weight)
-        for one in () if self.faults else self.words:
-            findings.tell(self.wire.scope.file, self.wire.line, one, weight)
+        for one in () if self.faults else self.message:
+            findings.report(self.wire.scope.file, self.wire.line, one, weight)
 
 
 @dataclass
@@ -216,8 +216,8 @@ class Network:
         mapping, values = self.mapping(wires) or {}, self._values(wires[0].source)
         found = affine_of(values, [mapping.get(value, value) for value in values]) if values else None
         if found is None:
-            words = "here a mapping must be a gain and an offset; this one is not"
-            raise WireError(next(wire for wire in wires if wire.transformation is not None), [words])
+            message = "here a mapping must be a gain and an offset; this one is not"
+            raise WireError(next(wire for wire in wires if wire.transformation is not None), [message])
         return found
 
     def _values(self, node: Node) -> list[int]:

@@ -61,7 +61,7 @@ class Given:
         """Refuse the system for the findings that there are, or else in these words."""
         self.scope.findings.weigh(self.faults, Weight.LOAD)
         for problem in () if self.faults else problems:
-            self.scope.tell(self.line, f"{self.what}: {problem}")
+            self.scope.report(self.line, f"{self.what}: {problem}")
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def bound_values(network: Network, place: Place, binding: ParameterBinding, scop
     """The parameter set of a binding; None if there is none, which is told."""
     what = f"parameter binding of {scope.label(place.path)}"
     if binding.type != SET_TYPE:
-        scope.tell(binding.line, f"{what} is of type {binding.type!r}, which is not read; the standard's is {SET_TYPE}")
+        scope.report(binding.line, f"{what} is of type {binding.type!r}, which is not read; the standard's is {SET_TYPE}")
         return None
     return _document(network, place, scope, binding, what, "values", binding.values, read_parameter_set)
 
@@ -136,7 +136,7 @@ def bound_values(network: Network, place: Place, binding: ParameterBinding, scop
 def _mapping(network: Network, place: Place, reference: MappingReference, scope: Scope) -> ParameterMapping | None:
     what = f"parameter mapping of {scope.label(place.path)}"
     if reference.type != MAPPING_TYPE:
-        scope.tell(reference.line, f"{what} is of type {reference.type!r}, which is not read")
+        scope.report(reference.line, f"{what} is of type {reference.type!r}, which is not read")
         return None
     return _document(network, place, scope, reference, what, "entries", reference.mapping, read_mapping)
 
@@ -156,14 +156,14 @@ def _document(
     if source is None or reference.source_base == "SSD":
         return files.document(scope, line, what, source, inline, inside, read, Weight.LOAD)
     if not isinstance(place.element, Component) or place.element.source is None:
-        scope.tell(line, f"{what}: sourceBase is 'component', but {scope.label(place.path)} is no component with a source")
+        scope.report(line, f"{what}: sourceBase is 'component', but {scope.label(place.path)} is no component with a source")
         return None
     fmu = network.fmus.get(place.path)
     if fmu is None:
         return None
     content = file_inside(fmu.folder, source)
     if content is None:
-        scope.tell(line, f"{what}: {source!r} is missing in {fmu.name}")
+        scope.report(line, f"{what}: {source!r} is missing in {fmu.name}")
         return None
     return files.read(f"{place.element.source}/{source}", read, content)
 
@@ -184,7 +184,7 @@ class _Set:
         own = {f"{prefix}{parameter.name}": parameter for parameter in values.parameters}
         for name in sorted(repeated(parameter.name for parameter in values.parameters)):
             line = [parameter.line for parameter in values.parameters if parameter.name == name][1]
-            scope.tell(line, f"parameter {name!r} is there twice", Weight.NOTE)
+            scope.report(line, f"parameter {name!r} is there twice", Weight.NOTE)
         sources = {name: (parameter, _meaning(scope, parameter)) for name, parameter in own.items()}
         if mapping is None:
             for name, (parameter, meaning) in sources.items():
@@ -194,10 +194,10 @@ class _Set:
         seen: dict[str, MappingEntry] = {}
         for entry in mapping.entries:
             if seen.setdefault(entry.target, entry) != entry:
-                inside.tell(entry.line, f"two parameters are mapped to {entry.target!r}", Weight.NOTE)
+                inside.report(entry.line, f"two parameters are mapped to {entry.target!r}", Weight.NOTE)
             if entry.source not in own:
-                words = f"mapping of {entry.source!r}: no such parameter in {values.file}.{nearest(entry.source, own)}"
-                inside.tell(entry.line, words, Weight.NOTE)
+                message = f"mapping of {entry.source!r}: no such parameter in {values.file}.{nearest(entry.source, own)}"
+                inside.report(entry.line, message, Weight.NOTE)
             else:
                 self._set(*sources[entry.source], Given(inside, entry.line, f"mapping of {entry.source!r}"), entry.target, entry)
 
@@ -206,17 +206,17 @@ class _Set:
         scope, found = given.scope, targets(self.network, self.place, name)
         if found == []:
             known = nearest(name, known_names(self.network, self.place))
-            words = f"{scope.label(self.place.path)} has nothing called {name!r}, so the value has no effect.{known}"
-            scope.tell(given.line, f"{given.what}: {words}", self.unmatched)
-        told = parameter.value is None and not parameter.items  # that there is no value
-        for node in found or () if not told else ():
+            message = f"{scope.label(self.place.path)} has nothing called {name!r}, so the value has no effect.{known}"
+            scope.report(given.line, f"{given.what}: {message}", self.unmatched)
+        without_value = parameter.value is None and not parameter.items  # that there is no value
+        for node in found or () if not without_value else ():
             label = scope.label(node.path, node.name)
             faults = self._faults(source, given, node, label, entry)
             named = Given(scope, given.line, f"{given.what} -> {label}", faults)
             try:
                 self._pass_on(parameter, source, node, entry, named)
             except WireError as error:
-                error.tell(scope.findings)
+                error.report(scope.findings)
             except ModelError as error:
                 named.refuse(error.problems)
 
@@ -224,7 +224,7 @@ class _Set:
         """Why the value does not fit the node."""
         kind, scope = _kind(self.network, node), given.scope
         if kind not in SETTABLE:
-            return (scope.bear(given.line, f"{given.what}: {label} is no parameter but of kind {kind}"),)
+            return (scope.report_deviation(given.line, f"{given.what}: {label} is no parameter but of kind {kind}"),)
         target = self.network.taken(node)
         if target is None:
             return ()
@@ -263,18 +263,18 @@ class _Set:
                 number = typed_value(variable, value, fmu.name)
             except ModelError as error:
                 for problem in error.problems:
-                    words = f"{given.what}: {problem.removeprefix(f'{fmu.name}: ')}"
-                    yield given.scope.bear(given.line, words)
+                    message = f"{given.what}: {problem.removeprefix(f'{fmu.name}: ')}"
+                    yield given.scope.report_deviation(given.line, message)
                 return
-            words = None
+            message = None
             if not math.isfinite(number):
-                words = f"{number} is no finite number"
+                message = f"{number} is no finite number"
             elif variable.min is not None and number < float(str(variable.min)):
-                words = f"{number:g}{unit} is less than the FMU's minimum {variable.min}{unit}"
+                message = f"{number:g}{unit} is less than the FMU's minimum {variable.min}{unit}"
             elif variable.max is not None and number > float(str(variable.max)):
-                words = f"{number:g}{unit} is more than the FMU's maximum {variable.max}{unit}"
-            if words is not None:
-                given.scope.tell(given.line, f"{given.what} = {words}", Weight.NOTE)
+                message = f"{number:g}{unit} is more than the FMU's maximum {variable.max}{unit}"
+            if message is not None:
+                given.scope.report(given.line, f"{given.what} = {message}", Weight.NOTE)
                 return
 
 

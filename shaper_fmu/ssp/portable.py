@@ -101,8 +101,8 @@ class Use:
         grouped: dict[str, list[str]] = {}
         for tool, effect in effects.items():
             grouped.setdefault(effect, []).append(tool)
-        told = "; ".join(f"{_and(tools)} {_plural(effect) if len(tools) > 1 else effect}" for effect, tools in grouped.items())
-        return f"{self.file}, line {self.line}: {self.feature}{f' ({self.what})' if self.what else ''}: {told}"
+        effects = "; ".join(f"{_and(tools)} {_plural(effect) if len(tools) > 1 else effect}" for effect, tools in grouped.items())
+        return f"{self.file}, line {self.line}: {self.feature}{f' ({self.what})' if self.what else ''}: {effects}"
 
 
 def portable_problems(path: Path | str) -> list[str]:

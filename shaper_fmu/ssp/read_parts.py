@@ -47,8 +47,8 @@ class Reader:
         if self.problems:
             raise PartlyRead(self.problems, rest)
 
-    def problem(self, node: etree._Element, words: str) -> None:
-        self.problems.append(f"{self.file}, line {node.sourceline or 0}: {words}")
+    def problem(self, node: etree._Element, message: str) -> None:
+        self.problems.append(f"{self.file}, line {node.sourceline or 0}: {message}")
 
     def text(self, node: etree._Element, key: str) -> str:
         """A required attribute."""

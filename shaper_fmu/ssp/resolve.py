@@ -115,10 +115,10 @@ def _connect(found: Resolved) -> None:
                 raise WireError(last, [f"{start} feeds the parameter {end}; this master feeds inputs alone"])
             found.system.connect_raw(start, end, *affine, mapping=mapping)
         except WireError as error:
-            error.tell(found.findings)
+            error.report(found.findings)
         except ModelError as error:
             faulty = next((wire for wire in path if wire.faults), last)
-            WireError(faulty, error.problems).tell(found.findings)
+            WireError(faulty, error.problems).report(found.findings)
 
 
 def _check_outputs(found: Resolved) -> None:
@@ -129,7 +129,7 @@ def _check_outputs(found: Resolved) -> None:
             if connector.kind not in TARGETS and node in found.network.into:
                 found.network.affine(found.network.path_to(node))
         except WireError as error:
-            error.tell(found.findings, Weight.RUN)
+            error.report(found.findings, Weight.RUN)
 
 
 def start_values_of(network: Network, path: str, variable: str, value: Any) -> dict[str, float | int | bool]:

@@ -27,12 +27,12 @@ def schema_problems(content: bytes, file: str) -> list[str]:
     version = root.get("version", "")
     major = version.split(".")[0]
     if major not in {known.split(".")[0] for known in VERSIONS}:
-        said = f"version {version!r}" if version else "no version"
-        return [f"{file}, line {root.sourceline}: {said}; of the SSP standard, versions {' and '.join(VERSIONS)} are known"]
+        given = f"version {version!r}" if version else "no version"
+        return [f"{file}, line {root.sourceline}: {given}; of the SSP standard, versions {' and '.join(VERSIONS)} are known"]
     schema = _schema(major)
     schema.validate(root)
-    told = [f"{file}, {words}" for words in undeclared]
-    return told + [f"{file}, line {error.line}: {_words(error.message)}" for error in schema.error_log]
+    messages = [f"{file}, {message}" for message in undeclared]
+    return messages + [f"{file}, line {error.line}: {_plain(error.message)}" for error in schema.error_log]
 
 
 @functools.cache
@@ -44,7 +44,7 @@ def _schema(major: str) -> etree.XMLSchema:
     return etree.XMLSchema(driver)
 
 
-def _words(message: str) -> str:
+def _plain(message: str) -> str:
     """The validator's words, with the usual prefixes in place of namespaces."""
     for namespace, prefix in _NAMES.items():
         message = message.replace(namespace, prefix)

@@ -111,8 +111,8 @@ class _Walk:
         assert isinstance(system, SystemElement)
         self._put(place)
         if place.depth > _DEEPEST:
-            words = f"system {system.name!r} is nested deeper than {_DEEPEST} levels, or in itself"
-            (place.outer or scope).tell((place.component or system).line, words)
+            message = f"system {system.name!r} is nested deeper than {_DEEPEST} levels, or in itself"
+            (place.outer or scope).report((place.component or system).line, message)
             return
         self._check_names(place, system)
         known = {**known, **{source.name: self._dictionary(source, place) for source in system.dictionaries}}
@@ -129,7 +129,7 @@ class _Walk:
 
     def _put(self, place: Place) -> None:
         if len(self.structure.places) >= _MOST_ELEMENTS:
-            place.scope.tell(place.element.line, f"more than {_MOST_ELEMENTS} elements")
+            place.scope.report(place.element.line, f"more than {_MOST_ELEMENTS} elements")
             raise TooManyError
         self.structure.put(place)
 
@@ -146,19 +146,19 @@ class _Walk:
         seen: dict[str, int] = {}
         for element in system.elements:
             if not element.name:
-                place.scope.tell(element.line, f"an element of {place.scope.label(place.path)} has an empty name")
+                place.scope.report(element.line, f"an element of {place.scope.label(place.path)} has an empty name")
             elif element.name in seen:
                 name = place.scope.label(place.path, element.name)
-                place.scope.tell(element.line, f"element {name!r} is there twice, first in line {seen[element.name]}")
+                place.scope.report(element.line, f"element {name!r} is there twice, first in line {seen[element.name]}")
             seen.setdefault(element.name, element.line)
         for name in sorted(repeated(dictionary.name for dictionary in system.dictionaries)):
             line = [dictionary.line for dictionary in system.dictionaries if dictionary.name == name][1]
-            place.scope.tell(line, f"signal dictionary {name!r} is there twice", Weight.NOTE)
+            place.scope.report(line, f"signal dictionary {name!r} is there twice", Weight.NOTE)
 
     def _reference(self, place: Place, element: DictionaryReference, known: Mapping[str, str]) -> None:
         if element.dictionary not in known:
-            words = f"{place.scope.label(place.path)} stands for the signal dictionary {element.dictionary!r}, which is none"
-            place.scope.tell(element.line, f"{words}.{nearest(element.dictionary, known)}")
+            message = f"{place.scope.label(place.path)} stands for the signal dictionary {element.dictionary!r}, which is none"
+            place.scope.report(element.line, f"{message}.{nearest(element.dictionary, known)}")
         self._put(replace(place, dictionary=known.get(element.dictionary, f"/{element.dictionary}")))
 
     def _dictionary(self, source: DictionarySource, place: Place) -> str:
@@ -167,7 +167,7 @@ class _Walk:
         own = source.source, source.dictionary
         if source.type != DICTIONARY_TYPE:
             weight = Weight.DEVIATION if source.source is None else Weight.LOAD
-            scope.tell(source.line, f"{what} is of type {source.type!r}, which is not read", weight)
+            scope.report(source.line, f"{what} is of type {source.type!r}, which is not read", weight)
             own = None, source.dictionary if source.source is None else SignalDictionary()
         dictionary = self.structure.files.document(scope, source.line, what, *own, "entries", read_dictionary, Weight.NOTE)
         if dictionary is not None:
@@ -176,7 +176,7 @@ class _Walk:
                 own.meaning(entry.type, f"signal {entry.name}", entry.line)
             for name in sorted(repeated(entry.name for entry in dictionary.entries)):
                 line = [entry.line for entry in dictionary.entries if entry.name == name][1]
-                own.tell(line, f"signal {name!r} is there twice", Weight.NOTE)
+                own.report(line, f"signal {name!r} is there twice", Weight.NOTE)
             self.structure.dictionaries[key] = dictionary, own
         return key
 
@@ -196,23 +196,23 @@ class _Walk:
         scope, source, files = place.scope, component.source or "", self.structure.files
         name, _, fragment = source.partition("#")
 
-        def tell(words: str) -> None:
-            scope.tell(component.line, f"component {component.name!r}: {words}")
+        def report(message: str) -> None:
+            scope.report(component.line, f"component {component.name!r}: {message}")
 
         if not name and component.type == SSD_TYPE:
             inner = Scope(scope.file, place.path, scope.findings, scope.units, scope.enumerations)
             system = next((system for system in _systems(self.file.system) if system.id == fragment), None)
             if system is None:
-                tell(f"no system of this file has the id {fragment!r}")
+                report(f"no system of this file has the id {fragment!r}")
             return (self.file, system, inner) if system is not None else None
-        path = files.find(name, scope.file, tell)
+        path = files.find(name, scope.file, report)
         if path is not None and component.type == SSP_TYPE:
             archive, path = path, f"{path}/{fragment or DESCRIPTION}"
             if path not in files.content:
                 files.unpack(archive)
             if path not in files.content:
                 known = [name.removeprefix(f"{archive}/") for name in files.content if name.startswith(f"{archive}/")]
-                tell(f"{archive} has no {fragment or DESCRIPTION}.{nearest(fragment, known) if fragment else ''}")
+                report(f"{archive} has no {fragment or DESCRIPTION}.{nearest(fragment, known) if fragment else ''}")
                 return None
         file = files.read(path, read_description) if path is not None else None
         return (file, file.system, Scope.of(file, file.file, place.path, scope.findings)) if file is not None else None

@@ -78,7 +78,7 @@ def make_network(structure: Structure) -> Network:
             what = f"signal {signal.name!r} of the dictionary {element.dictionary!r} is driven twice"
             ends = " and ".join(f"by {scope.label(node.path, node.name)}" for node in (first, source))
             line = next(connector.line for connector in element.connectors if connector.name == signal.name)
-            scope.tell(line, f"{what}: {ends}")
+            scope.report(line, f"{what}: {ends}")
     return network
 
 
@@ -91,8 +91,8 @@ def _lay(network: Network, place: Place, connection: Connection, drivers: Driver
     scope, line = place.scope, connection.line
     for side, element in (("startElement", connection.start_element), ("endElement", connection.end_element)):
         if element == "":  # as OMSimulator writes
-            words = f"connection with an empty {side}: leave the attribute out to name a connector of {scope.label(place.path)}"
-            scope.bear(line, words)
+            message = f"connection with an empty {side}: leave the attribute out to name a connector of {scope.label(place.path)}"
+            scope.report_deviation(line, message)
     ends = [
         _end(network, place, line, element or None, connector, indices)
         for element, connector, indices in (
@@ -105,11 +105,11 @@ def _lay(network: Network, place: Place, connection: Connection, drivers: Driver
         return
     what = " -> ".join(scope.label(one.node.path, one.node.name) for one in (start, end))
     if connection.start_indices or connection.end_indices:
-        scope.tell(line, f"{what}: connections of single elements of arrays are not read; name the elements' own variables")
+        scope.report(line, f"{what}: connections of single elements of arrays are not read; name the elements' own variables")
         return
     stuck = start.role == end.role != "either"
     if stuck or not (start.feeds(end) or end.feeds(start)):
-        scope.tell(line, f"{what}: {start} and {end} cannot be connected", Weight.LOAD if stuck else Weight.DEVIATION)
+        scope.report(line, f"{what}: {start} and {end} cannot be connected", Weight.LOAD if stuck else Weight.DEVIATION)
         if stuck:
             return
     if start.role == "target" or (start.role == "either" and end.role == "source"):
@@ -128,7 +128,7 @@ def _wire(network: Network, place: Place, connection: Connection, start: Node, e
     known = network.into.get(target)
     if known is not None:
         by = scope.label(known.source.path, known.source.name)
-        scope.tell(line, f"{names[1]} is driven twice: by {names[0]}, and by {by} in line {known.line}")
+        scope.report(line, f"{names[1]} is driven twice: by {names[0]}, and by {by} in line {known.line}")
         return
     network.add(Wire(source, target, scope, line, *how, tuple(faults)))
     if target.side:
@@ -163,7 +163,7 @@ def _end(network: Network, place: Place, line: int, element: str | None, connect
     if found is None or (element is not None and found.parent != place.path):  # one further down that is named with its path
         known = nearest(str(element), [inside.element.name for inside in network.structure.inside(place.path)])
         weight = Weight.LOAD if found is None else Weight.DEVIATION
-        scope.tell(line, f"{what}: {scope.label(place.path)} has no element {element!r}.{known}", weight)
+        scope.report(line, f"{what}: {scope.label(place.path)} has no element {element!r}.{known}", weight)
     if found is None:
         return None
     declared = (found.component or found.element if element is not None else found.element).connector(connector)
@@ -171,16 +171,16 @@ def _end(network: Network, place: Place, line: int, element: str | None, connect
     kind = own.kind if own is not None else None
     if isinstance(found.element, Component):
         kind = _causality(network, path, connector) if path in network.fmus else kind
-    told = isinstance(found.element, Component) and path not in network.fmus  # that its FMU cannot be read
-    weight = Weight.DEVIATION if kind is not None or told else Weight.LOAD
+    unreadable = isinstance(found.element, Component) and path not in network.fmus  # that its FMU cannot be read
+    weight = Weight.DEVIATION if kind is not None or unreadable else Weight.LOAD
     if declared is None:
         names = [one.name for one in (found.component or found.element).connectors] or (
             _ports(network, path) if kind is None else []
         )
-        scope.tell(line, f"{what}: {scope.label(path)} has no connector {connector!r}.{nearest(connector, names)}", weight)
+        scope.report(line, f"{what}: {scope.label(path)} has no connector {connector!r}.{nearest(connector, names)}", weight)
     elif kind is None and found.component is not None:
         known = nearest(connector, [own.name for own in found.element.connectors])
-        scope.tell(line, f"{what}: the system in {found.component.source} has no connector {connector!r}.{known}")
+        scope.report(line, f"{what}: the system in {found.component.source} has no connector {connector!r}.{known}")
     if kind is None:
         return None
     role = "source" if kind in SOURCES else "target" if kind in TARGETS else "either"

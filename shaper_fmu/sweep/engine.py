@@ -71,11 +71,11 @@ def _within_limit(points: list[Point], opened: Store) -> list[Point]:
     most = max(_MOST_ADDED, _TIMES_ADDED * opened.study().count)
     left = most - opened.added()
     if len(points) > left:
-        words = (
+        message = (
             f"the refinement was ended after {most} added runs, more than which none may add: some intervals in which the metric "
             "crosses the level are longer than refine.width. A metric that crosses it in many places needs a finer grid instead"
         )
-        opened.note("refine", words)
+        opened.note("refine", message)
     return points[: max(0, left)]
 
 

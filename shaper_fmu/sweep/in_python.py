@@ -59,14 +59,14 @@ def sweep_system(
 
 def _check_untold(system: System, written: Structure) -> None:
     """Raise StudyError for what the user has said of the system and an archive does not tell, so that runs would differ."""
-    for words, name in (
+    for what, name in (
         ("which outputs announce events", "event_outputs"),
         ("instances without event mode", "without_event_mode"),
         ("which instances may be read after inputs are set", "readable"),
     ):
-        told, kept = getattr(system, name), getattr(written, name)
-        if told != kept:
-            raise StudyError(f"{system.name}: an archive does not hold {words}: {told}, not {kept}; leave it as FMUs tell it")
+        current, kept = getattr(system, name), getattr(written, name)
+        if current != kept:
+            raise StudyError(f"{system.name}: an archive does not hold {what}: {current}, not {kept}; leave it as FMUs tell it")
 
 
 def _write_beside(store: Path, archive: Path, system: System) -> None:

@@ -69,8 +69,8 @@ class Points:
 
     def _common_length(self) -> int:
         if len(set(self._shape)) > 1:
-            told = ", ".join(f"{name}: {n}" for name, n in zip(self.names, self._shape, strict=True))
-            raise StudyError(f"plan: zip needs lists of one length; here are {told}")
+            shown = ", ".join(f"{name}: {n}" for name, n in zip(self.names, self._shape, strict=True))
+            raise StudyError(f"plan: zip needs lists of one length; here are {shown}")
         return self._shape[0]
 
     def point(self, number: int) -> tuple[Value, ...]:
@@ -99,8 +99,8 @@ class Points:
 def _refuse(where: str, number: int, most: int, what: str) -> None:
     """Raise StudyError for a number that is too large; before anything is made of it."""
     if number > most:
-        told = str(number) if number < 10**15 else f"more than {10**15}"
-        raise StudyError(f"{where}: {told} {what} are too many ({most} at most)")
+        shown = str(number) if number < 10**15 else f"more than {10**15}"
+        raise StudyError(f"{where}: {shown} {what} are too many ({most} at most)")
 
 
 def _shares(sampling: Sampling, count: int, dimensions: int) -> np.ndarray:

@@ -166,8 +166,8 @@ class Pool:
 
     def _is_open(self, worker: _Worker, outcome: Outcome) -> bool:
         """Whether this is an answer to what the worker was asked."""
-        told = outcome.reason is not None if outcome.metrics is None else len(outcome.metrics) == len(self._job.metrics)
-        return told and outcome.id in worker.open
+        is_valid = outcome.reason is not None if outcome.metrics is None else len(outcome.metrics) == len(self._job.metrics)
+        return is_valid and outcome.id in worker.open
 
     def _lost(self, worker: _Worker, end: str, at_once: bool = True) -> Iterator[list[Outcome]]:
         """A worker has ended: the run it was at is suspect, all others of its open ones are done again.
@@ -188,8 +188,8 @@ class Pool:
         self._barren = 0 if self._seconds else self._barren
         suspect = msgspec.structs.replace(suspect, attempts=suspect.attempts + 1)
         if suspect.attempts >= _TRIES:
-            words = f"quarantined: it ended its worker {suspect.attempts} times: {end}"
-            yield [Outcome(suspect.id, None, words, 0.0, suspect.attempts)]
+            reason = f"quarantined: it ended its worker {suspect.attempts} times: {end}"
+            yield [Outcome(suspect.id, None, reason, 0.0, suspect.attempts)]
         else:
             self._suspects.append(suspect)
 

@@ -24,7 +24,7 @@ import numpy as np
 from shaper_fmu.errors import StudyError
 from shaper_fmu.metrics.known import METRICS
 from shaper_fmu.sweep.plan import Value
-from shaper_fmu.sweep.store_file import StoreLock, open_to_read, words_for
+from shaper_fmu.sweep.store_file import StoreLock, error_message, open_to_read
 from shaper_fmu.sweep.study import Study
 
 FORMAT = 3
@@ -115,21 +115,21 @@ class Store:
             self._copy = None
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _named_errors(self) -> Iterator[None]:
         """What SQLite says, in words."""
         try:
             yield
         except sqlite3.Error as error:
-            raise StudyError(f"{self.path}: {words_for(error)}") from None
+            raise StudyError(f"{self.path}: {error_message(error)}") from None
 
     def _open(self, study: Study | None, provenance: dict[str, Any]) -> None:
-        with self._told():
+        with self._named_errors():
             if study is None:
                 self._database, self._copy = open_to_read(self.path)
             else:
                 self._database = sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=rwc", uri=True)
         try:
-            with self._told():
+            with self._named_errors():
                 tables = {name for (name,) in self._database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
                 if tables and not {"study", "run", "added"} <= tables:
                     raise StudyError(f"{self.path}: a database, but not a sweep's store")
@@ -199,8 +199,8 @@ class Store:
         except (msgspec.DecodeError, UnicodeDecodeError, StudyError) as error:
             strange = _unknown_kinds(text)
             if strange:
-                words = f"its metrics of the kind {', '.join(strange)} are not known here; install the package that adds them"
-                raise StudyError(f"{self.path}: {words}") from None
+                message = f"its metrics of the kind {', '.join(strange)} are not known here; install the package that adds them"
+                raise StudyError(f"{self.path}: {message}") from None
             raise StudyError(f"{self.path}: the store is damaged: its study cannot be read ({error})") from None
         study.folder = self._value("folder") or ""
         return study
@@ -215,7 +215,7 @@ class Store:
 
     def note(self, key: str, value: str) -> None:
         """Enter something that a reader should know; see `remarks`."""
-        with self._told(), self._database:
+        with self._named_errors(), self._database:
             self._database.execute("INSERT OR REPLACE INTO study VALUES (?, ?)", (f"note {key}", value))
 
     def remarks(self) -> dict[str, str]:
@@ -289,7 +289,7 @@ class Store:
     def _numbers_of_ended(self) -> np.ndarray:
         """Whether each run of the plan has ended."""
         ended = np.zeros(self._total(), bool)
-        with self._told():
+        with self._named_errors():
             for (number,) in self._database.execute("SELECT id FROM run"):
                 if not 0 <= number < len(ended):
                     raise StudyError(f"{self.path}: the store is damaged: there is no run {number} in its study")
@@ -297,7 +297,7 @@ class Store:
         return ended
 
     def _rows(self, query: str, *values: object) -> list[Any]:
-        with self._told():
+        with self._named_errors():
             return self._database.execute(query, values).fetchall()
 
     def planned(self) -> Iterator[Task]:
@@ -317,7 +317,7 @@ class Store:
             metrics = one.metrics or (None,) * len(self._study.metrics)
             status = "failed" if one.metrics is None else "done"
             rows.append((one.id, task.compared, *task.values, status, *metrics, one.reason, one.seconds, one.attempts))
-        with self._told(), self._database:
+        with self._named_errors(), self._database:
             self._insert("run", rows)
 
     def _see_file(self) -> None:
@@ -337,7 +337,7 @@ class Store:
         """Plan more runs, after all others; their number."""
         first = self._total()
         rows = [(first + i, case, *values) for i, (case, values) in enumerate(points)]
-        with self._told(), self._database:
+        with self._named_errors(), self._database:
             self._insert("added", rows)
         return len(rows)
 
@@ -347,7 +347,7 @@ class Store:
 
     def retry_failed(self) -> int:
         """Plan the failed runs again; their number."""
-        with self._told(), self._database:
+        with self._named_errors(), self._database:
             return self._database.execute("DELETE FROM run WHERE status = 'failed'").rowcount
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from shaper_fmu.errors import StudyError
 
 _KEPT = "what was entered before is kept"
-_WORDS = {  # by the beginning of SQLite's name for the error
+_MESSAGES = {  # by the beginning of SQLite's name for the error
     "SQLITE_FULL": f"the disk is full; {_KEPT}: make room, and start the sweep again",
     "SQLITE_IOERR": f"the file cannot be read or written ({{}}); {_KEPT}: see that the disk has room and is whole, and start again",
     "SQLITE_CORRUPT": "the store is damaged ({}); use a copy, or sweep again into another store",
@@ -27,11 +27,11 @@ _WORDS = {  # by the beginning of SQLite's name for the error
 }
 
 
-def words_for(error: sqlite3.Error) -> str:
+def error_message(error: sqlite3.Error) -> str:
     """What SQLite's error means for the store, and what to do."""
     name = getattr(error, "sqlite_errorname", None) or ""
-    words = next((words for start, words in _WORDS.items() if name.startswith(start)), "the store is damaged, or none: {}")
-    return words.format(error)
+    message = next((message for start, message in _MESSAGES.items() if name.startswith(start)), "the store is damaged, or none: {}")
+    return message.format(error)
 
 
 class StoreLock:

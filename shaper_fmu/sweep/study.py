@@ -158,14 +158,14 @@ def check_study(study: Study) -> None:
     if study.plan.seed < 0:
         raise StudyError(f"plan.seed = {study.plan.seed} must not be negative")
     for name in ("name", "system", "stop_when"):
-        told = getattr(study, name)
-        if told is not None and (not told.strip() or "\0" in told):
-            raise StudyError(f"{name} = {told!r} must be a text that is not empty, without NUL")
+        given = getattr(study, name)
+        if given is not None and (not given.strip() or "\0" in given):
+            raise StudyError(f"{name} = {given!r} must be a text that is not empty, without NUL")
     for name, measure in study.metrics.items():
         for key in measure.fields():
-            told = getattr(measure, key)
-            if isinstance(told, str) and (not told.strip() or "\0" in told):
-                raise StudyError(f"metrics.{name}.{key} = {told!r} must be the name of a variable")
+            given = getattr(measure, key)
+            if isinstance(given, str) and (not given.strip() or "\0" in given):
+                raise StudyError(f"metrics.{name}.{key} = {given!r} must be the name of a variable")
     for name in study.metrics:
         if not re.fullmatch(r"[A-Za-z]\w*", name):
             raise StudyError(f"metric {name!r}: a metric's name has letters, digits and _ only, and begins with a letter")
@@ -179,8 +179,8 @@ def check_study(study: Study) -> None:
     # factors may be of the system's own value, which is not known yet
     known = not any(one.factors is not None and one.nominal is None for one in study.vary.values())
     if known and study.count > MOST_RUNS:
-        words = f"{study.points.count} points of {len(study.compare)} cases are {study.count} runs"
-        raise StudyError(f"plan: {words}, too many ({MOST_RUNS} at most)")
+        message = f"{study.points.count} points of {len(study.compare)} cases are {study.count} runs"
+        raise StudyError(f"plan: {message}, too many ({MOST_RUNS} at most)")
 
 
 def _plain(study: Study) -> dict[str, Any]:
@@ -200,8 +200,8 @@ def _check_kinds(study: Study) -> None:
     for name, measure in study.metrics.items():
         kind = type(measure)
         if METRICS.get(kind.kind()) is not kind:
-            words = f"metric {name!r} is of the class {kind.__name__} of {kind.__module__}, which no entry point of {GROUP} names"
-            raise StudyError(f"{words}: who reads the store would not find it (see docs/extending.md)")
+            message = f"metric {name!r} is of the class {kind.__name__} of {kind.__module__}, which no entry point of {GROUP} names"
+            raise StudyError(f"{message}: who reads the store would not find it (see docs/extending.md)")
 
 
 def _check_numbers(where: str, value: object) -> None:
@@ -220,31 +220,31 @@ def _check_refine(study: Study, refine: Refine) -> None:
         raise StudyError("refine needs a plan of the kind grid, and a level and a width above 0")
 
 
-def _located(text: str, words: str) -> str:
+def _located(text: str, message: str) -> str:
     """msgspec's message with the line that it speaks of, and the nearest key for an unknown one."""
-    unknown = re.search(r"unknown field `([^`]+)`(?: - at `\$([^`]*)`)?", words)
+    unknown = re.search(r"unknown field `([^`]+)`(?: - at `\$([^`]*)`)?", message)
     if unknown:
         known = _fields_at(unknown[2] or "")
-        words += nearest(unknown[1], known).replace(" Did", ". Did", 1) if known else ""
-        return f", line {_line_of(text, unknown[1])}: {words}"
-    place = re.search(r"at `\$([^`]*)`", words)
+        message += nearest(unknown[1], known).replace(" Did", ". Did", 1) if known else ""
+        return f", line {_line_of(text, unknown[1])}: {message}"
+    place = re.search(r"at `\$([^`]*)`", message)
     if place:
         keys = re.findall(r"[A-Za-z_]\w*", place[1])
-        return f", line {_line_of(text, keys[-1])}: {words}" if keys else f": {words}"
-    return f": {words}"
+        return f", line {_line_of(text, keys[-1])}: {message}" if keys else f": {message}"
+    return f": {message}"
 
 
-def _value_at(text: str, words: str) -> str:
+def _value_at(text: str, message: str) -> str:
     """The whole key that msgspec's message speaks of, whose names it leaves out, and the value; nothing for other errors."""
-    place = re.search(r"at `\$([^`]*)`", words)
-    if not place or "unknown field" in words:
+    place = re.search(r"at `\$([^`]*)`", message)
+    if not place or "unknown field" in message:
         return ""
     root: Any = msgspec.toml.decode(text)
     key, node, kept = "", root, (lambda inner: inner)
     for part in re.findall(r"\[\.\.\.\]|\[\d+\]|[^.\[\]]+", place[1]):
         if part == "[...]":
             entries = node.items() if isinstance(node, dict) else enumerate(node)
-            found = next((name for name, one in entries if _says(kept(_alone(node, name, one)), words)), None)
+            found = next((name for name, one in entries if _raises(kept(_alone(node, name, one)), message)), None)
             if found is None:
                 return ""
         else:
@@ -268,12 +268,12 @@ def _within(kept: Callable[[Any], Any], node: Any, found: Any) -> Callable[[Any]
     return lambda inner: kept([inner])
 
 
-def _says(content: Any, words: str) -> bool:
+def _raises(content: Any, message: str) -> bool:
     """Whether msgspec says these words of the content."""
     try:
         msgspec.convert(content, Study)
     except msgspec.ValidationError as error:
-        return str(error) == words
+        return str(error) == message
     return False
 
 

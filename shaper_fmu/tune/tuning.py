@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from shaper_fmu.analysis.identification import CONTRADICTING, Finding
+from shaper_fmu.renamed import renamed_attribute
 from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.choice.search import Candidate
@@ -65,7 +66,7 @@ class Tuning:
     """
 
     verdict: Verdict
-    words: str
+    summary: str
     source: str
     input: str
     input_unit: str
@@ -79,6 +80,8 @@ class Tuning:
     verification: Verification | None
     responses: tuple[Responses, ...]
     findings: tuple[Finding, ...]
+
+    words = renamed_attribute("words", "summary")
 
     @property
     def candidate(self) -> Candidate | None:

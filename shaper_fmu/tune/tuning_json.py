@@ -48,7 +48,7 @@ def tuning_numbers(tuning: Tuning) -> dict[str, Any]:
         "schema": SCHEMA,
         "verdict": tuning.verdict,
         "good": tuning.good,
-        "words": tuning.words,
+        "words": tuning.summary,
         "caveat": tuning.caveat or None,
         "source": tuning.source,
         "input": tuning.input,

@@ -43,28 +43,29 @@ def tune_measured(
         "proven", "", name, "", "", Command(), measured.outputs, {}, None, None, measured, None, None, (), measured.findings
     )  # fmt: skip
     against = [one for one in measured.findings if one.code in CONTRADICTING]
-    told = "; ".join(one.text for one in against)
+    reasons = "; ".join(one.text for one in against)
     if against and all(one.code in _UNSTABLE for one in against):  # what speaks against a fit speaks against its unstable poles
-        return replace(found, verdict="unstable", words=told)
+        return replace(found, verdict="unstable", summary=reasons)
     if not modes and against:
-        return replace(found, verdict="not_proven", words=f"no mode was found, but {told}")
+        return replace(found, verdict="not_proven", summary=f"no mode was found, but {reasons}")
     if not modes:
         when = f"after {measured.excitation_end:g} s"
-        return replace(found, verdict="no_vibration", words=f"{name} shows no vibration {when}, so that no shaper is needed")
+        return replace(found, verdict="no_vibration", summary=f"{name} shows no vibration {when}, so that no shaper is needed")
     ranges = [ModeRange(_only(m.natural_frequency), _only(m.damping_ratio), (m,)) for m in modes]
     boxes = [ModeBox.of_range(r, [float(a) for a in abs(m.residues[0])]) for r, m in zip(ranges, modes, strict=True)]
     choice = choose(boxes, requirements)
     verdict: Verdict = "proven" if choice.recommended is not None else "nothing_fits"
     hidden = hidden_share(measured.identification)
     if not against and hidden > requirements.tolerance:
-        told = (
-            f"the noise may hide a mode of up to {percent(hidden)} of the vibration, "
-            f"more than the tolerance of {percent(requirements.tolerance)}: excite more, measure with less noise or more samples, or name outputs that show more"
+        reasons = (
+            f"the noise may hide a mode of up to {percent(hidden)} of the vibration, more than the tolerance of "
+            f"{percent(requirements.tolerance)}: excite more, measure with less noise or more samples, "
+            "or name outputs that show more"
         )
-        found = replace(found, findings=(*found.findings, Finding("hidden", told)))
+        found = replace(found, findings=(*found.findings, Finding("hidden", reasons)))
     elif not against:
-        return replace(found, verdict=verdict, words=choice.reason, choice=choice)
-    return replace(found, verdict="not_proven", words=f"{told}. If the modes were those found: {choice.reason}", choice=choice)
+        return replace(found, verdict=verdict, summary=choice.reason, choice=choice)
+    return replace(found, verdict="not_proven", summary=f"{reasons}. If the modes were those found: {choice.reason}", choice=choice)
 
 
 def _only(value: float) -> Range:

@@ -70,12 +70,12 @@ def tune_plant(
     )  # fmt: skip
     hopeless = _hopeless(modes)
     if hopeless is not None:
-        return replace(found, verdict=hopeless[0], words=hopeless[1])
+        return replace(found, verdict=hopeless[0], summary=hopeless[1])
     say("choosing a shaper")
     boxes = mode_boxes(modes, [shaped.full(name) for name in names])
     choice = choose(boxes, requirements)
     if choice.recommended is None:
-        return replace(found, verdict="nothing_fits", words=choice.reason, choice=choice)
+        return replace(found, verdict="nothing_fits", summary=choice.reason, choice=choice)
     say("verifying it on the plant")
     found = tried(replace(found, choice=choice), requirements, source, shaped, start_values)
     for _ in range(_MORE_ATTEMPTS):
@@ -119,5 +119,5 @@ def _hopeless(modes: PlantModes) -> tuple[Verdict, str] | None:
     against += [one.linear.text for one in modes.experiments if one.linear is not None and not one.linear.agrees]
     if against:
         return "not_proven", f"no mode of vibration was found at the nominal point, but {'; '.join(against)}"
-    said = [one.text for one in modes.findings if one.code in ("no_vibration", "overdamped")]
-    return "no_vibration", "; ".join(said) or "no mode of vibration was found; no shaper is needed"
+    texts = [one.text for one in modes.findings if one.code in ("no_vibration", "overdamped")]
+    return "no_vibration", "; ".join(texts) or "no mode of vibration was found; no shaper is needed"

@@ -66,17 +66,17 @@ def tried(found: Tuning, asked: Requirements, source: Any, shaped: ShapedPlant, 
     designed = f"{percent(choice.requirements.tolerance)} and nominally {percent(choice.requirements.nominal_tolerance)}"
     closer = f". It is designed for {designed}, so that the plant keeps what is asked for" if choice.requirements != asked else ""
     verdict: Verdict = "tuned" if seen.holds and nominally else "not_held"
-    words = f"{_for_modes(verdict)}{choice.reason}{closer}. On the plant: {seen.reason}"
+    summary = f"{_for_modes(verdict)}{choice.reason}{closer}. On the plant: {seen.reason}"
     if not nominally:
         hardly = "is not shown to hold" if seen.nominal.share <= asked.nominal_tolerance else "does not hold"
-        words += f". The nominal tolerance of {percent(asked.nominal_tolerance)} {hardly}"
-    return replace(found, verdict=verdict, words=words, verification=seen, responses=responses)
+        summary += f". The nominal tolerance of {percent(asked.nominal_tolerance)} {hardly}"
+    return replace(found, verdict=verdict, summary=summary, verification=seen, responses=responses)
 
 
 def _untried(found: Tuning, why: str) -> Tuning:
     assert found.choice is not None
-    words = f"{_for_modes('not_verified')}{found.choice.reason}. It could not be tried on the plant: {why}"
-    return replace(found, verdict="not_verified", words=words)
+    summary = f"{_for_modes('not_verified')}{found.choice.reason}. It could not be tried on the plant: {why}"
+    return replace(found, verdict="not_verified", summary=summary)
 
 
 def _for_modes(verdict: Verdict) -> str:

@@ -75,7 +75,7 @@ def shown(table: Table, monkeypatch, stream: io.StringIO, **options) -> str:
 def test_outside_of_a_terminal_no_cell_is_folded_or_cut(setting, words, monkeypatch):
     """Nor a title, whatever the environment says of a width; a tab counts as the spaces that it stands for."""
     monkeypatch.setenv(*setting.split("="))
-    table = replace(TABLE, words=words, rows=[*TABLE.rows, ["a\ttab" * 20, ":smile:", "深" * 100]])
+    table = replace(TABLE, left_aligned=words, rows=[*TABLE.rows, ["a\ttab" * 20, ":smile:", "深" * 100]])
     lines = shown(table, monkeypatch, io.StringIO()).splitlines()
     assert lines[0] == table.title
     cells = [[cell.strip() for cell in line[1:-1].split(line[0])] for line in lines if line[0] in "│┃"]
@@ -88,7 +88,7 @@ def test_outside_of_a_terminal_no_cell_is_folded_or_cut(setting, words, monkeypa
 def test_on_a_terminal_no_word_is_broken(name, columns, monkeypatch):
     """All words stand in the output; where they fit into a table of the terminal's width, none of its lines is longer."""
     monkeypatch.setenv("COLUMNS", str(columns))
-    table = Table("The system", ["name", "what it is", "value"], [[name, WORDS, "1.5 mm"], ["x", "", "2"]], words=True)
+    table = Table("The system", ["name", "what it is", "value"], [[name, WORDS, "1.5 mm"], ["x", "", "2"]], left_aligned=True)
     text = shown(table, monkeypatch, Terminal())
     assert sorted(set(re.findall(r"[\w.,]+", text))) == sorted(
         set(f"The system name what it is value {name} {WORDS} 1.5 mm x 2".split())
@@ -104,7 +104,7 @@ def test_styles_and_lines_are_a_terminals(monkeypatch):
     monkeypatch.delenv("NO_COLOR", raising=False)
     stream = Terminal()
     shown(
-        Table("", ["claim", "verdict"], [["one", "held"], ["two", "open"]], words=True),
+        Table("", ["claim", "verdict"], [["one", "held"], ["two", "open"]], left_aligned=True),
         monkeypatch,
         stream,
         lines=True,

@@ -14,6 +14,8 @@ import pytest
 import shaper_fmu
 from shaper_fmu.public_names import HOME
 from shaper_fmu.registry import components
+from shaper_fmu.reproduce.claims import Claim
+from shaper_fmu.ssp.findings import Finding
 
 ROOT = Path(__file__).parents[2]
 
@@ -114,10 +116,20 @@ def test_old_arguments_and_attributes_work_and_warn():
         choice = old(boxes, wish=requirements, floor=False)
     assert warned[0].filename == __file__, "at the line that uses the old name"
     assert choice.requirements is requirements
-    with pytest.warns(DeprecationWarning, match=r"Choice\.wish is now Choice\.requirements"):
+    with pytest.warns(DeprecationWarning, match=r"Choice\.wish is now requirements"):
         assert choice.wish is requirements
     with pytest.raises(TypeError, match="'requirements' and its old name 'wish'"):
         old(boxes, requirements=requirements, wish=requirements)
+
+
+@pytest.mark.parametrize(
+    ("owner", "new"), [(shaper_fmu.Tuning, "summary"), (Claim, "statement"), (Finding, "message")], ids=lambda one: str(one)
+)
+def test_words_are_readable_and_warn(owner: Any, new: str):
+    one = object.__new__(owner)
+    object.__setattr__(one, new, "some text")
+    with pytest.warns(DeprecationWarning, match=f"{owner.__name__}.words is now {new}"):
+        assert one.words == "some text"
 
 
 def test_the_readmes_python_runs(fmus, tmp_path):

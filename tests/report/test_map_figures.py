@@ -47,7 +47,7 @@ def test_values_of_another_shape_are_refused():
 
 
 def test_a_page_with_maps_figures_and_words(tmp_path):
-    words = Table("Claims", ["claim", "why"], [["<b>", "1 < 2"]], words=True)
+    words = Table("Claims", ["claim", "why"], [["<b>", "1 < 2"]], left_aligned=True)
     blocks = [Text("first"), words, a_map(2, points=[(0.5, 0.0)]), Figure("line", "Line", "x", "y", [Line("l", X, X)])]
     paths = write_report(tmp_path / "page.html", "A page", blocks)
     assert [path.name for path in paths] == ["page.html", "page_distance.png", "page_line.png"]
@@ -55,7 +55,7 @@ def test_a_page_with_maps_figures_and_words(tmp_path):
     resources = Resources()
     resources.feed(page)
     assert (resources.found, resources.tables) == ([], 1)
-    assert '<table class="words">' in page
+    assert '<table class="left-aligned">' in page
     assert "<td>&lt;b&gt;</td>" in page
     kinds = [trace["type"] for trace in traces(page)]
     assert kinds == 2 * ["heatmap", "contour", "contour", "scatter"]

@@ -105,7 +105,7 @@ def test_the_page_has_all_sections_and_pictures(spring, tmp_path):
     page = written[0].read_text(encoding="utf-8")
     assert re.findall(r"Plotly\.newPlot\(\s*\"([^\"]+)\"", page) == keys
     assert VERDICTS["tuned"] in page
-    assert spring.words[1:] in page
+    assert spring.summary[1:] in page
 
 
 def test_numbers_of_the_page_are_those_of_the_tuning(spring):

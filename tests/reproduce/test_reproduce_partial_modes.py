@@ -183,9 +183,9 @@ def test_the_verdicts(study):
     verdicts = [claim.verdict for claim in found]
     assert [verdicts.count(v) for v in ("reproduced", "not reproduced", "not decidable")] == [9, 13, 1]
     for claim in found:
-        if "as printed:" in claim.words or "(as printed)" in claim.words:
+        if "as printed:" in claim.statement or "(as printed)" in claim.statement:
             assert claim.verdict == "not reproduced"
-    swapped = {claim.words: claim.verdict for claim in found if "labels swapped" in claim.words}
+    swapped = {claim.statement: claim.verdict for claim in found if "labels swapped" in claim.statement}
     assert [words for words, verdict in swapped.items() if verdict != "reproduced"] == [
         "Fig. 6: with the second mode only, x2 settles almost as with both (labels swapped: 3.85 rad/s)",
         "Figs. 9 and 10: the last steps for the second mode and for both are very close (labels swapped)",

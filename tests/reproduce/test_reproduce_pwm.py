@@ -176,7 +176,7 @@ def test_the_grid_costs_what_the_mean_saves(study):
 def test_verdicts(study):
     found = claims(study)
     assert [claim.verdict for claim in found].count("reproduced") == 12
-    refuted = [claim.words for claim in found if claim.verdict == "not reproduced"]
+    refuted = [claim.statement for claim in found if claim.verdict == "not reproduced"]
     assert len(refuted) == 4
     for words in ("at whole frequency ratios", "natural frequency is not known", "damping ratio is not known", "ZV cannot reduce"):
         assert any(words in claim for claim in refuted)

@@ -90,7 +90,7 @@ def check_loading(files: dict[str, bytes], path: Path) -> tuple[list[Finding], l
 def check_doors(files: dict[str, bytes], path: Path) -> list[Finding]:
     """Compare the findings with what loading and running say; returns them."""
     found, loaded = check_loading(files, path)
-    if loaded and not any(words in finding.words for finding in found for words in OF_THE_FMU):
+    if loaded and not any(words in finding.message for finding in found for words in OF_THE_FMU):
         assert _is_refused(loaded[0], path) == any(finding.weight == Weight.RUN for finding in found)
     return found
 
@@ -136,7 +136,7 @@ def test_notes_tell_what_is_borne(parts, tmp_path):
     assert rest.startswith("x.ssp is not to the standard, but can be run ('shaper-fmu check' tells all): SystemStructure.ssd, line")
     assert "train has no connector 'pulse'" in rest
     assert "plant has no connector 'force'" in rest
-    assert [finding.weight for finding in loaded.findings if "has no connector" in finding.words] == [Weight.DEVIATION] * 2
+    assert [finding.weight for finding in loaded.findings if "has no connector" in finding.message] == [Weight.DEVIATION] * 2
 
 
 def test_a_source_counts_more_than_what_is_inline(parts, tmp_path):
@@ -187,15 +187,15 @@ def test_a_library_that_is_cut_off_is_told(parts, tmp_path):
     files = {**parts, path: write_archive(tmp_path / "plant.fmu", inner).read_bytes()}
     (found,) = check_doors({**files, SSD: ssd(system("", component("plant", PLANT)))}, tmp_path / "x.ssp")
     assert found.weight == Weight.RUN
-    assert found.words.startswith("component 'plant': MassSpringDamper.fmu: ")
-    assert "is cut off: it has" in found.words
+    assert found.message.startswith("component 'plant': MassSpringDamper.fmu: ")
+    assert "is cut off: it has" in found.message
 
 
 def test_a_run_of_no_length_is_no_error(parts, tmp_path):
     """The master takes it; the check says that the end is not after the beginning."""
     text = ssd(system("", component("plant", PLANT))).replace(b'stopTime="1"', b'stopTime="0"')
     (found,) = file_findings({**parts, SSD: text})
-    assert (found.weight, "stopTime = 0 s is not after startTime = 0 s" in found.words) == (Weight.DEVIATION, True)
+    assert (found.weight, "stopTime = 0 s is not after startTime = 0 s" in found.message) == (Weight.DEVIATION, True)
     load_ssp(write_archive(tmp_path / "x.ssp", {**parts, SSD: text})).simulate(0.0, 0.1)
 
 

@@ -160,7 +160,7 @@ def test_an_unstable_loop_is_refused_in_words(fmus):
     found = tune_plant(pid_loop(fmus, integral_gain=400.0), "controller.reference", ["plant.position"])
     assert found.verdict == "unstable"
     assert not found.good
-    assert "stabilise it by feedback first" in found.words
+    assert "stabilise it by feedback first" in found.summary
 
 
 def test_too_short_a_delay_says_what_would_fit(fmus, tmp_path):
@@ -179,7 +179,7 @@ def test_too_short_a_delay_says_what_would_fit(fmus, tmp_path):
 def test_a_rigid_body_is_excited_so_that_it_comes_to_rest(fmus, output, command):
     """A free chain: a constant force drives it on for ever; a pulse of force leaves its position drifting, a doublet does not."""
     found = tune_plant(fmus / "ThreeMassChain.fmu", "force", [output], spread={"mass[3]": 0.1})
-    assert found.verdict == "tuned", found.words
+    assert found.verdict == "tuned", found.summary
     assert found.command.name == command
     assert found.verification is not None
     assert found.verification.worst.share <= 0.05

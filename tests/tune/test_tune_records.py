@@ -76,7 +76,7 @@ def test_what_noise_may_hide_is_not_proven():
     assert found.choice.recommended is not None
     assert left(found, record) > found.choice.recommended.worst_case
     assert found.verdict == "not_proven"
-    assert "the noise may hide a mode" in found.words
+    assert "the noise may hide a mode" in found.summary
 
 
 @pytest.mark.parametrize("seed", range(len(CLEAN)))
@@ -85,5 +85,5 @@ def test_clean_free_responses_are_proven(seed):
     told, start, kinds = CLEAN[seed]
     found, true = tuned(100 + seed, told, start, kinds, 1e-3)
     assert found is not None
-    assert found.verdict == "proven", found.words
+    assert found.verdict == "proven", found.summary
     assert true <= 0.05

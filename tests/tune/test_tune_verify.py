@@ -18,7 +18,7 @@ from shaper_fmu.tune.choice.choice import Candidate, choose
 from shaper_fmu.tune.choice.requirements import Move, Requirements
 from shaper_fmu.tune.identify.range import identify_plant
 from shaper_fmu.tune.verification.command import Command
-from shaper_fmu.tune.verification.verify import Verification, _words, verify
+from shaper_fmu.tune.verification.verify import Verification, _reason, verify
 
 W = 10.0
 BOXES = [ModeBox.around(W, margin=0.1)]
@@ -101,7 +101,7 @@ def test_places_where_the_plant_cannot_be_run_are_told():
     assert "At 1 other places the plant could not be run" in found.reason
 
 
-def test_the_words_never_say_more_than_the_verdict():
+def test_the_reason_never_says_more_than_the_verdict():
     """All shares simulated are within the tolerance, but a place failed, or the communication step may matter by more than is left."""
     failed = verified("zvd", {"mass": 1.0}, tolerance=1.5)
     assert failed.worst.share < 1.5
@@ -111,9 +111,9 @@ def test_the_words_never_say_more_than_the_verdict():
     for change in (0.01, 0.03, 0.05):
         coarse = replace(seen, step_change=change)
         assert coarse.holds == (seen.worst.share + change <= 0.05)
-        words = _words(coarse, {"mass": 0.1})
-        assert f"5 % {'holds' if coarse.holds else 'is not shown to hold'}" in words
-        assert f"changes the nominal share by {100.0 * change:g} %" in words
+        reason = _reason(coarse, {"mass": 0.1})
+        assert f"5 % {'holds' if coarse.holds else 'is not shown to hold'}" in reason
+        assert f"changes the nominal share by {100.0 * change:g} %" in reason
     assert not replace(seen, step_change=0.05).holds
 
 

@@ -84,8 +84,10 @@ def _of_residual(found: Fit, data: Data, smallest_share: float) -> list[Finding]
     findings = []
     worst = max((float(one[1:] @ one[:-1] / (one @ one)) for one in seen), default=0.0)
     if worst > _CORRELATED or any(_is_bent(one) for one in seen):
-        told = f"correlation {worst:.2f} from sample to sample"
-        text = f"what the fit leaves is no white noise ({told}): the modes do not explain all, and the uncertainties are too small"
+        detail = f"correlation {worst:.2f} from sample to sample"
+        text = (
+            f"what the fit leaves is no white noise ({detail}): the modes do not explain all, and the uncertainties are too small"
+        )
         findings.append(Finding("coloured", text))
     late = max((disturbed(one) for one in seen), default=0)
     if late:

@@ -84,20 +84,20 @@ def robustness_table(data: SweepData, metric: str, number: int) -> Table:
         rows.append([case, *cells])
     head = [f"{axis.shown(value)} ({axis.deviation(value)})".replace(" ()", "") for value in columns]
     share = f" (share of {data.study.reference})" if data.study.reference else ""
-    return Table(f"{_capital(quantity.words)} over {axis.name}{share}", ["case", *head], rows)
+    return Table(f"{_capital(quantity.description)} over {axis.name}{share}", ["case", *head], rows)
 
 
 def insensitivity_table(data: SweepData, metric: str, number: int) -> Table | Text:
     """The tolerated bands of all judged cases, and their widths relative to the nominal value; a sentence if none has one."""
     axis, judgement, rows, some = data.axes[number], judged(data, metric), [], False
-    words = data.quantities[metric].words
+    text = data.quantities[metric].description
     for case in judgement.cases:
         band = insensitivity(data, judgement, case, number)
         some |= band is not None
         rows.append([case, *(_band_cells(axis, band) if band else [_no_band(data, judgement, case, number), "", "0", "-"])])
     if not some:
-        return Text(f"Insensitivity: with the nominal values, {words} is within {judgement.words} in none of the cases.")
-    title = f"Insensitivity: {words} up to {judgement.words}, over {axis.name}"
+        return Text(f"Insensitivity: with the nominal values, {text} is within {judgement.description} in none of the cases.")
+    title = f"Insensitivity: {text} up to {judgement.description}, over {axis.name}"
     width = "relative width" if axis.nominal else f"width {axis.unit}".rstrip()
     return Table(title, ["case", "from", "to", width, "read between runs apart"], rows)
 
@@ -131,14 +131,14 @@ def robustness_figures(data: SweepData, metric: str, number: int) -> list[Figure
     def lines(values: np.ndarray, factor: float, cases: list[str]) -> list[Line]:
         return list(_lines(data, values * factor, cases, number))
 
-    title = f"Robustness: {quantity.words} over {axis.name}{along}"
-    absolute = [] if data.study.reference else [(judgement.level * judgement.factor, judgement.words)]
+    title = f"Robustness: {quantity.description} over {axis.name}{along}"
+    absolute = [] if data.study.reference else [(judgement.level * judgement.factor, judgement.description)]
     curves = lines(data.metrics[metric], quantity.factor, data.cases)
     figures = [Figure(key, title, axis.label(), quantity.label(), curves, absolute, **common)]
     if data.study.reference:
-        level = [(judgement.level * judgement.factor, judgement.words)]
+        level = [(judgement.level * judgement.factor, judgement.description)]
         curves = lines(judgement.values, judgement.factor, judgement.cases)
-        title = f"Robustness: {quantity.words} relative to {data.study.reference}"
+        title = f"Robustness: {quantity.description} relative to {data.study.reference}"
         figures.append(Figure(f"{key}_relative", title, axis.label(), judgement.label, curves, level, **common))
     return [figure for figure in figures if figure.lines]
 
@@ -189,5 +189,5 @@ def slug(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")[:60] or "x"
 
 
-def _capital(words: str) -> str:
-    return words[:1].upper() + words[1:]
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -66,13 +66,13 @@ class Quantity:
     factor: float
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         """Its name in words."""
         return self.name.replace("_", " ")
 
     def label(self) -> str:
         """For the axis of a figure."""
-        return label(self.words, self.unit)
+        return label(self.description, self.unit)
 
     def shown(self, value: float) -> str:
         """A value with its unit."""

@@ -20,7 +20,7 @@ class Judged:
     Attributes:
         values: shares of the reference's metric if there is a reference, else the metric's own values; shape (n,).
         level: what is tolerated, in the same.
-        words: the level in words, for example "5 % of unshaped".
+        description: the level, for example "5 % of unshaped".
         label: the axis in a figure.
         unit, factor: what people see: value * factor, in this unit.
         cases: those that are judged: all but the reference.
@@ -28,7 +28,7 @@ class Judged:
 
     values: np.ndarray
     level: float
-    words: str
+    description: str
     label: str
     unit: str
     factor: float
@@ -47,15 +47,15 @@ def judged(data: SweepData, metric: str) -> Judged:
     refined = study.refine.level if study.refine is not None and study.refine.metric == metric else None
     if study.reference is not None:
         level = TOLERATED if refined is None else refined
-        axis = label(quantity.words, f"% of {study.reference}")
+        axis = label(quantity.description, f"% of {study.reference}")
         cases = [case for case in data.cases if case != study.reference]
         return Judged(data.relative(metric), level, f"{100.0 * level:.4g} % of {study.reference}", axis, "%", 100.0, cases)
     if refined is not None:
-        level, words = refined, quantity.shown(refined)
+        level, description = refined, quantity.shown(refined)
     elif study.metrics[metric].unit == "%":
-        level, words = TOLERATED, f"{100.0 * TOLERATED:g} %"
+        level, description = TOLERATED, f"{100.0 * TOLERATED:g} %"
     else:
         finite = values[np.isfinite(values)]
         level = TOLERATED * float(np.max(np.abs(finite), initial=0.0))
-        words = f"{100.0 * TOLERATED:g} % of the largest value, {quantity.shown(level)}"
-    return Judged(values, level, words, quantity.label(), quantity.unit, quantity.factor, data.cases)
+        description = f"{100.0 * TOLERATED:g} % of the largest value, {quantity.shown(level)}"
+    return Judged(values, level, description, quantity.label(), quantity.unit, quantity.factor, data.cases)

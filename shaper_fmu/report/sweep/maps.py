@@ -60,7 +60,8 @@ def metric_map(data: SweepData, metric: str, x: int, y: int) -> Map | None:
     largest = 100.0 * _FULL if relative and worst > 100.0 * _FULL else None
     return Map(
         f"map_{metric}_{slug(across.name)}_{slug(up.name)}",
-        f"{quantity.words[:1].upper()}{quantity.words[1:]}" + (f" relative to {data.study.reference}" if relative else ""),
+        f"{quantity.description[:1].upper()}{quantity.description[1:]}"
+        + (f" relative to {data.study.reference}" if relative else ""),
         across.label(),
         up.label(),
         judgement.label,
@@ -81,10 +82,10 @@ def map_blocks(data: SweepData) -> list[Block]:
     blocks: list[Block] = []
     for metric in data.quantities:
         maps = [metric_map(data, metric, x, y) for x, y in itertools.combinations(numbers, 2)]
-        words = judged(data, metric).words
+        text = judged(data, metric).description
         if any(maps):
             blocks.append(
-                Text(f"The strong line is {words}, the cross is the nominal point. Where there is no colour, a run failed.")
+                Text(f"The strong line is {text}, the cross is the nominal point. Where there is no colour, a run failed.")
             )
         blocks += [one for one in maps if one is not None]
     return blocks

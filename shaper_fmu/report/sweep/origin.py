@@ -26,8 +26,8 @@ def failure_blocks(data: SweepData) -> list[Block]:
     ]
     listed = f"Failed runs, the first {LISTED_FAILURES} of {failures.total}" if len(rows) < failures.total else "Failed runs"
     return [
-        Table("Failures by reason", ["runs", "first run", "its reason"], kinds, words=True),
-        Table(listed, ["run", "case", "start values", "reason"], rows, words=True),
+        Table("Failures by reason", ["runs", "first run", "its reason"], kinds, left_aligned=True),
+        Table(listed, ["run", "case", "start values", "reason"], rows, left_aligned=True),
     ]
 
 
@@ -42,20 +42,20 @@ def plan_table(data: SweepData) -> Table:
     rows.append(["plan", f"{plan}, {study.plan.samples} points, seed {study.plan.seed}" if data.sampled else plan])
     for axis, vary in zip(data.axes, study.vary.values(), strict=True):
         if data.sampled:
-            told = {"from": vary.low, "to": vary.high, "mean": vary.mean, "deviation": vary.deviation}
-            numbers = ", ".join(f"{what} {axis.shown(value)}" for what, value in told.items() if value is not None)
-            words = f"{vary.distribution or 'uniform'}, {numbers}".replace("_", "-")
+            given = {"from": vary.low, "to": vary.high, "mean": vary.mean, "deviation": vary.deviation}
+            numbers = ", ".join(f"{what} {axis.shown(value)}" for what, value in given.items() if value is not None)
+            text = f"{vary.distribution or 'uniform'}, {numbers}".replace("_", "-")
         elif axis.texts:
-            words = ", ".join(axis.texts[:_MOST_KINDS])
+            text = ", ".join(axis.texts[:_MOST_KINDS])
         else:
-            words = f"{axis.shown(axis.grid[0])} to {axis.shown(axis.grid[-1])}, {len(axis.grid)} values"
-        rows.append([f"varied: {axis.name}", f"{words}; nominal {axis.shown(axis.nominal)}"])
+            text = f"{axis.shown(axis.grid[0])} to {axis.shown(axis.grid[-1])}, {len(axis.grid)} values"
+        rows.append([f"varied: {axis.name}", f"{text}; nominal {axis.shown(axis.nominal)}"])
     for case, values in study.compare.items():
-        told = ", ".join(f"{name} = {_number(value)}" for name, value in values.items()) or "the system as it is"
-        rows.append([f"case: {case}" + (" (reference)" if case == study.reference else ""), told])
+        given = ", ".join(f"{name} = {_number(value)}" for name, value in values.items()) or "the system as it is"
+        rows.append([f"case: {case}" + (" (reference)" if case == study.reference else ""), given])
     for name, measure in study.metrics.items():
-        told = {key: getattr(measure, key) for key in measure.fields()}
-        values = ", ".join(f"{key} = {_number(value)}" for key, value in told.items())
+        given = {key: getattr(measure, key) for key in measure.fields()}
+        values = ", ".join(f"{key} = {_number(value)}" for key, value in given.items())
         rows.append([f"metric: {name}", f"{measure.kind()}: {values}"])
     if study.refine is not None:
         refine = study.refine
@@ -63,7 +63,7 @@ def plan_table(data: SweepData) -> Table:
     rows.append(["runs", f"{study.stop_time:g} s in steps of {study.step:g} s, {study.algorithm}, inputs: {study.interpolation}"])
     if study.stop_when:
         rows.append(["ended early", f"once {study.stop_when} had been true for {study.stop_hold:g} s"])
-    return Table("Study", ["what", "how"], rows, words=True)
+    return Table("Study", ["what", "how"], rows, left_aligned=True)
 
 
 def provenance_table(provenance: Mapping[str, Any]) -> Table:
@@ -72,7 +72,7 @@ def provenance_table(provenance: Mapping[str, Any]) -> Table:
     if "system" in provenance:
         rows.append(["system (SHA-256)", str(provenance["system"])])
     rows += [[f"FMU {name} (SHA-256)", str(digest)] for name, digest in provenance.get("fmus", {}).items()]
-    return Table("Provenance", ["what", "version or digest"], rows, words=True)
+    return Table("Provenance", ["what", "version or digest"], rows, left_aligned=True)
 
 
 def remark_blocks(data: SweepData) -> list[Block]:

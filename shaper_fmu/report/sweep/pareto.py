@@ -49,8 +49,8 @@ def durations(data: SweepData, nominal: dict[str, Results | str]) -> tuple[dict[
             return float(results[variable][0])
         return max(command_end(results.time, results[command]) for command in commands) - data.start_time
 
-    words = variable if variable is not None else f"end of {' and '.join(commands)}"
-    return {case: duration(results) for case, results in nominal.items()}, words
+    text = variable if variable is not None else f"end of {' and '.join(commands)}"
+    return {case: duration(results) for case, results in nominal.items()}, text
 
 
 def candidates(data: SweepData, metric: str, duration: dict[str, float]) -> list[Candidate]:
@@ -67,7 +67,7 @@ def candidates(data: SweepData, metric: str, duration: dict[str, float]) -> list
     ]
 
 
-def pareto_table(data: SweepData, metric: str, found: list[Candidate], words: str) -> Table:
+def pareto_table(data: SweepData, metric: str, found: list[Candidate], text: str) -> Table:
     """Duration, worst metric, and whether a case is dominated."""
     relative, rows = data.relative(metric), []
     for one in found:
@@ -77,13 +77,13 @@ def pareto_table(data: SweepData, metric: str, found: list[Candidate], words: st
         failed = int(((data.case == data.cases.index(one.case)) & ~data.done).sum())
         mark = "not dominated" if one.best else ""
         rows.append([one.case, f"{one.duration:.5g}", data.quantities[metric].shown(one.worst), share, str(failed), mark])
-    head = ["case", f"duration [s] ({words})", "largest over the range", "largest share of the reference", "failed runs", ""]
+    head = ["case", f"duration [s] ({text})", "largest over the range", "largest share of the reference", "failed runs", ""]
     if data.study.reference is None:
         head, rows = [*head[:3], *head[4:]], [[*row[:3], *row[4:]] for row in rows]
-    return Table(f"Duration and robustness: {data.quantities[metric].words}", head, rows)
+    return Table(f"Duration and robustness: {data.quantities[metric].description}", head, rows)
 
 
-def pareto_figure(data: SweepData, metric: str, found: list[Candidate], words: str) -> Figure:
+def pareto_figure(data: SweepData, metric: str, found: list[Candidate], text: str) -> Figure:
     """A point for each case, and the front of those that are not dominated."""
     quantity = data.quantities[metric]
     shown = [one for one in found if np.isfinite(one.worst)]
@@ -99,16 +99,16 @@ def pareto_figure(data: SweepData, metric: str, found: list[Candidate], words: s
         x, y = np.array([one.duration for one in front]), np.array([one.worst * quantity.factor for one in front])
         stairs = Line("not dominated", np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1], style=6)
         lines.append(stairs)
-    title, y_label = f"Duration against robustness: {quantity.words}", f"largest {quantity.label()}"
-    return Figure(f"pareto_{metric}", title, f"duration [s] ({words})", y_label, lines)
+    title, y_label = f"Duration against robustness: {quantity.description}", f"largest {quantity.label()}"
+    return Figure(f"pareto_{metric}", title, f"duration [s] ({text})", y_label, lines)
 
 
 def pareto_blocks(data: SweepData, nominal: dict[str, Results | str]) -> list[Block]:
     """Figure and table of every metric; a sentence where nothing tells a duration."""
     if len(data.cases) < 2 or not data.done.any():
         return []
-    duration, words = durations(data, nominal)
-    if not words:
+    duration, text = durations(data, nominal)
+    if not text:
         return [Text("No metric waits for a command and no instance tells a duration: durations are not compared.")]
     blocks: list[Block] = []
     lost = [case for case in data.cases if not np.isfinite(duration[case])]
@@ -117,7 +117,7 @@ def pareto_blocks(data: SweepData, nominal: dict[str, Results | str]) -> list[Bl
     for metric in data.quantities:
         found = candidates(data, metric, duration)
         if any(np.isfinite(one.worst) for one in found):
-            blocks.append(pareto_figure(data, metric, found, words))
+            blocks.append(pareto_figure(data, metric, found, text))
         if found:
-            blocks.append(pareto_table(data, metric, found, words))
+            blocks.append(pareto_table(data, metric, found, text))
     return blocks

@@ -61,8 +61,8 @@ def summary_blocks(data: SweepData) -> list[Block]:
     done, failed, total = data.counts.get("done", 0), data.counts.get("failed", 0), sum(data.counts.values())
     open_ = f" {total - done - failed} are still to be done: start the sweep again." if done + failed < total else ""
     cases = f"{len(data.cases)} case{'s' if len(data.cases) > 1 else ''}"
-    words = f"{done} of {total} runs done, {failed} failed. {cases} over {', '.join(axis.name for axis in data.axes)}.{open_}"
-    return [Text(words), *remark_blocks(data)]
+    text = f"{done} of {total} runs done, {failed} failed. {cases} over {', '.join(axis.name for axis in data.axes)}.{open_}"
+    return [Text(text), *remark_blocks(data)]
 
 
 def _with_own_keys(blocks: list[Block]) -> list[Block]:

@@ -80,7 +80,7 @@ def worst_table(data: SweepData, metric: str) -> Table:
         values = [f"{a.shown(v)} ({a.deviation(v)})".replace(" ()", "") for a, v in zip(data.axes, data.points[i], strict=True)]
         rows.append([case, data.quantities[metric].shown(data.metrics[metric][i]), *values, str(data.ids[i])])
     head = ["case", "largest", *(axis.name for axis in data.axes), "run"]
-    return Table(f"Worst cases: {data.quantities[metric].words}", head, rows)
+    return Table(f"Worst cases: {data.quantities[metric].description}", head, rows)
 
 
 def response_figure(data: SweepData, output: str, found: dict[str, Results], key: str, title: str) -> Figure:
@@ -118,6 +118,6 @@ def response_blocks(data: SweepData, reruns: Reruns, nominal: dict[str, Results 
             elif result is not None:
                 problems.append(f"{case}: {result}")
         if found:
-            title = f"{measure.output} in each case's worst run: {data.quantities[metric].words}"
+            title = f"{measure.output} in each case's worst run: {data.quantities[metric].description}"
             blocks.append(response_figure(data, measure.output, found, f"response_{metric}_worst", title))
     return [*blocks, *(Text(f"Not shown: {problem}") for problem in problems)]

@@ -33,7 +33,7 @@ class Yield:
         """Of the runs that are within the level."""
         return self.within / self.total
 
-    def words(self, level: str) -> str:
+    def description(self, level: str) -> str:
         """For example "99.2 % below 5 % of the reference, 95 % interval 98.9 .. 99.4 %"."""
         digits = max(1, math.ceil(math.log10(self.total)) - 2)  # one run is seen
         low, high = (f"{100.0 * value:.{digits}f}" for value in (self.low, self.high))
@@ -70,16 +70,25 @@ def yield_table(data: SweepData, metric: str) -> Table:
             rows.append([case, "0", str(failed), *["-"] * (2 + len(PERCENTILES))])
             continue
         shown = [judgement.shown(float(np.percentile(values, share, method="inverted_cdf"))) for share in PERCENTILES]
-        rows.append([case, str(len(values)), str(failed), found.words(judgement.words), *shown, judgement.shown(float(values[-1]))])
+        rows.append(
+            [
+                case,
+                str(len(values)),
+                str(failed),
+                found.description(judgement.description),
+                *shown,
+                judgement.shown(float(values[-1])),
+            ]
+        )
     head = ["case", "runs", "failed", "yield", *(f"{share:g} % quantile" for share in PERCENTILES), "largest"]
-    title = f"{data.quantities[metric].words}: yield and percentiles"
+    title = f"{data.quantities[metric].description}: yield and percentiles"
     relative = f" (relative to {data.study.reference})" if data.study.reference else ""
     return Table(f"{title[:1].upper()}{title[1:]}{relative}", head, rows)
 
 
 def distribution_figures(data: SweepData, metric: str) -> list[Figure]:
     """Histogram, as outlines, and the empirical distribution function of all judged cases."""
-    judgement, words = judged(data, metric), data.quantities[metric].words
+    judgement, text = judged(data, metric), data.quantities[metric].description
     found = {case: values_of(data, judgement, case) * judgement.factor for case in judgement.cases}
     found = {case: values[np.isfinite(values)] for case, values in found.items()}
     found = {case: values for case, values in found.items() if len(values)}
@@ -96,14 +105,14 @@ def distribution_figures(data: SweepData, metric: str) -> list[Figure]:
         at = np.unique(np.linspace(0, len(values) - 1, _MOST_STEPS).round().astype(int))
         x, y = values[at], (at + 1.0) / len(values) * 100.0
         steps.append(Line(case, np.repeat(x, 2), np.concatenate([[0.0], np.repeat(y, 2)[:-1]]), style=style))
-    marks = [(judgement.level * judgement.factor, judgement.words)]
+    marks = [(judgement.level * judgement.factor, judgement.description)]
     return [
         Figure(
-            f"histogram_{metric}", f"Distribution: {words}", judgement.label, f"share of the runs [%], {_BINS} bins", bins,
+            f"histogram_{metric}", f"Distribution: {text}", judgement.label, f"share of the runs [%], {_BINS} bins", bins,
             marks=marks,
         ),
         Figure(
-            f"distribution_{metric}", f"Cumulative distribution: {words}", judgement.label, "share of the runs up to it [%]", steps,
+            f"distribution_{metric}", f"Cumulative distribution: {text}", judgement.label, "share of the runs up to it [%]", steps,
             marks=marks,
         ),
     ]  # fmt: skip
@@ -130,7 +139,7 @@ def ranking_table(data: SweepData, metric: str) -> Table:
             found.append((axis.name, rank_correlation(x, y), rank_correlation(np.abs(x - axis.nominal), y)))
         found.sort(key=lambda one: -np.nanmax([0.0, abs(one[1]), abs(one[2])]))
         rows += [[case if k == 0 else "", str(k + 1), name, _signed(a), _signed(b)] for k, (name, a, b) in enumerate(found)]
-    title = f"Sensitivity ranking: {data.quantities[metric].words}"
+    title = f"Sensitivity ranking: {data.quantities[metric].description}"
     return Table(title, ["case", "rank", "varied value", "rank correlation with it", "with its distance from nominal"], rows)
 
 
@@ -140,7 +149,7 @@ def _signed(value: float) -> str:
 
 def scatter_figures(data: SweepData, metric: str) -> list[Figure]:
     """The metric over each varied value, some of the runs as dots."""
-    judgement, words = judged(data, metric), data.quantities[metric].words
+    judgement, text = judged(data, metric), data.quantities[metric].description
     most = max(50, _MOST_DOTS // max(1, len(judgement.cases)))
     figures = []
     for i, axis in enumerate(data.axes):
@@ -151,9 +160,9 @@ def scatter_figures(data: SweepData, metric: str) -> list[Figure]:
                 chosen = np.sort(np.random.default_rng(0).choice(chosen, most, replace=False))
             x, y = data.points[chosen, i] * axis.factor, judgement.values[chosen] * judgement.factor
             lines.append(Line(case, x, y, style=data.cases.index(case), joined=False))
-        levels = [(judgement.level * judgement.factor, judgement.words)]
+        levels = [(judgement.level * judgement.factor, judgement.description)]
         marks = [(axis.nominal * axis.factor, "nominal")]
-        key, title = f"scatter_{metric}_{slug(axis.name)}", f"{words[:1].upper()}{words[1:]} over {axis.name}"
+        key, title = f"scatter_{metric}_{slug(axis.name)}", f"{text[:1].upper()}{text[1:]} over {axis.name}"
         figures.append(Figure(key, title, axis.label(), judgement.label, lines, levels, marks))
     return figures
 

@@ -27,11 +27,11 @@ _MOST_ROWS = 40
 
 def sensitivity_blocks(choice: Choice) -> list[Block]:
     """What each mode may be, what the shaper leaves of it at most, and V over its frequency for some shapers."""
-    words = (
+    text = (
         "V is the residual vibration when the command ends, as a share of what the unshaped step excites at its time. Each mode "
         "counts with its share of the response: the sum over the modes, in the worst output, is within the tolerance."
     )
-    several = [Text(words)] if len(choice.boxes) > 1 else [Text(words.partition(" Each")[0])]
+    several = [Text(text)] if len(choice.boxes) > 1 else [Text(text.partition(" Each")[0])]
     compared = compared_with(choice)
     return [
         *several,
@@ -112,15 +112,15 @@ def role(choice: Choice, candidate: Candidate) -> str:
 
 def trade_off_blocks(choice: Choice) -> list[Block]:
     """How much delay buys how little vibration."""
-    words = "No shaper is both as short as one on the front and leaves less."
+    text = "No shaper is both as short as one on the front and leaves less."
     if choice.requirements.nominal_tolerance < choice.requirements.tolerance:
-        words = (
+        text = (
             "No shaper is both as short as one on the front and leaves less: in the worst case, and nominally as far as that is "
             "above the nominal tolerance."
         )
     if choice.floor:
-        words += " Below the floor no shaper of positive impulses is within the tolerance."
-    return [Text(words), trade_off_figure(choice)]
+        text += " Below the floor no shaper of positive impulses is within the tolerance."
+    return [Text(text), trade_off_figure(choice)]
 
 
 def least(candidates: Sequence[Candidate]) -> list[Candidate]:
@@ -160,12 +160,12 @@ def alternative_blocks(choice: Choice) -> list[Block]:
     """The front as a table; what was left out, and why."""
     blocks: list[Block] = [front_table(choice)]
     if choice.dominated:
-        words = f"For each of {len(choice.dominated)} more combinations another shaper is no longer and leaves no more."
-        blocks.append(Text(words))
+        text = f"For each of {len(choice.dominated)} more combinations another shaper is no longer and leaves no more."
+        blocks.append(Text(text))
     if choice.left_out:
         rows = [[one.name, one.reason] for one in choice.left_out[:_MOST_ROWS]]
         few = f" (the first {_MOST_ROWS} of {len(choice.left_out)})" if len(choice.left_out) > _MOST_ROWS else ""
-        blocks.append(Table(f"Left out{few}", ["what", "why"], rows, words=True))
+        blocks.append(Table(f"Left out{few}", ["what", "why"], rows, left_aligned=True))
     return blocks
 
 

@@ -106,13 +106,13 @@ def liveliest(found: Evidence, outputs: tuple[str, ...], most: int = MOST_OUTPUT
 def spectrum_blocks(found: Evidence) -> list[Block]:
     """Amplitude spectra of the free response and of the fit."""
     kept = "end" if found.grows() else "beginning"
-    words = (
+    text = (
         f"Amplitude spectra (half of a Hann window, which keeps the {kept}) of the free response and of the fit, less offset and "
         "drift, relative to the largest amplitude of the response."
     )
     if found.swinging():
-        words += " Vertical lines: damped frequencies of the modes."
-    return [Text(words), *(spectrum_figure(found, number, output) for number, output in enumerate(found.shown, 1))]
+        text += " Vertical lines: damped frequencies of the modes."
+    return [Text(text), *(spectrum_figure(found, number, output) for number, output in enumerate(found.shown, 1))]
 
 
 def amplitude_spectrum(values: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:

@@ -29,7 +29,9 @@ def mode_blocks(tuning: Tuning, found: Evidence) -> list[Block]:
             blocks.append(_points_table(tuning, tuning.plant.experiments, tuning.plant.ranges))
         blocks.append(_experiment_table(tuning.plant.nominal))
     if tuning.findings:
-        blocks.append(Table("Findings", ["code", "what was found"], [[one.code, one.text] for one in tuning.findings], words=True))
+        blocks.append(
+            Table("Findings", ["code", "what was found"], [[one.code, one.text] for one in tuning.findings], left_aligned=True)
+        )
     return blocks
 
 
@@ -131,4 +133,4 @@ def _experiment_table(found: PlantIdentification) -> Table:
     ]  # fmt: skip
     if found.coupling:
         rows.append(["changed by the communication step", f"{found.coupling:.2g} of the response"])
-    return Table("The nominal experiment", ["what", "value"], rows, words=True)
+    return Table("The nominal experiment", ["what", "value"], rows, left_aligned=True)

@@ -73,7 +73,7 @@ def verification_blocks(tuning: Tuning) -> list[Block]:
     if found.failed:
         rows = [[given(values), reason] for values, reason in found.failed[:_MOST_FAILED]]
         few = f" (the first {_MOST_FAILED} of {len(found.failed)})" if len(found.failed) > _MOST_FAILED else ""
-        blocks.append(Table(f"Where the plant could not be run{few}", ["parameters", "why"], rows, words=True))
+        blocks.append(Table(f"Where the plant could not be run{few}", ["parameters", "why"], rows, left_aligned=True))
     return blocks
 
 

@@ -58,8 +58,8 @@ def tuning_blocks(tuning: Tuning) -> list[Block]:
 def recommendation_blocks(tuning: Tuning) -> list[Block]:
     """The verdict, the reason, and the shaper with its start values."""
     blocks: list[Block] = [Text(VERDICTS[tuning.verdict])]
-    if tuning.words:
-        blocks.append(Text(tuning.words[:1].upper() + tuning.words[1:] + "."))
+    if tuning.summary:
+        blocks.append(Text(tuning.summary[:1].upper() + tuning.summary[1:] + "."))
     choice, candidate = tuning.choice, tuning.candidate
     if choice is None or candidate is None:
         return blocks
@@ -96,7 +96,7 @@ def summary_table(tuning: Tuning, choice: Choice) -> Table:
     if choice.floor:
         rows.append(["floor: no positive shaper that fits is shorter", f"{choice.floor:.6g} s"])
     rows += [[f"varied: {name}", f"± {percent(share)}"] for name, share in tuning.spread.items()]
-    return Table("The shaper", ["what", "value"], rows, words=True)
+    return Table("The shaper", ["what", "value"], rows, left_aligned=True)
 
 
 def start_values_table(component: str, values: Mapping[str, Any]) -> Table:

@@ -10,7 +10,7 @@ from shaper_fmu.report.modes import set_name
 from shaper_fmu.reproduce.partial_modes.runs import Case
 from shaper_fmu.reproduce.partial_modes.study import TOLERANCES, Study
 
-_WORDS = {
+_LABELS = {
     "none": "no shaper",
     "fast": "9.42 rad/s only (mode 2 as printed)",
     "slow": "3.85 rad/s only (mode 1 as printed)",
@@ -48,7 +48,7 @@ def _compared(found: Study, j: int) -> Figure:
     for i, name in enumerate(("slow", "fast", "both", "none")):
         time, positions = found.cases[name].thinned()
         seen = time <= _END
-        lines.append(Line(_WORDS[name], time[seen], positions[j][seen], style=i))
+        lines.append(Line(_LABELS[name], time[seen], positions[j][seen], style=i))
     return Figure(f"fig{5 + j}", f"Fig. {5 + j}: x{j + 1} by the modes considered", "time [s]", f"x{j + 1} [m]", lines)
 
 
@@ -67,7 +67,7 @@ def _shown(values: np.ndarray, digits: int) -> str:
 
 def _cases_table(title: str, cases: dict[str, Case]) -> Table:
     rows = [
-        [_WORDS[name], f"{c.duration:.4f}", _shown(c.overshoot, 3), _shown(c.settled2, 3), _shown(c.settled5, 3)]
+        [_LABELS[name], f"{c.duration:.4f}", _shown(c.overshoot, 3), _shown(c.settled2, 3), _shown(c.settled5, 3)]
         for name, c in cases.items()
     ]
     head = ["shaped", "last impulse [s]", "overshoot x1/x2/x3 [%]", "settled to 2 % [s]", "settled to 5 % [s]"]

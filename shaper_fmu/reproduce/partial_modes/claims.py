@@ -120,11 +120,11 @@ def _second_mode(found: Study) -> list[Claim]:
     return rows
 
 
-def _like_both(case: Case, both: Case, j: int, words: str) -> Claim:
+def _like_both(case: Case, both: Case, j: int, statement: str) -> Claim:
     more = case.overshoot[j] - both.overshoot[j]
     later = case.settled5[j] / both.settled5[j] - 1.0
     return Claim(
-        words,
+        statement,
         f"overshoot {case.overshoot[j]:.1f} % and {both.overshoot[j]:.1f} %, time to 5 % {later:+.0%}",
         _verdict(abs(more) <= 100.0 * _ALIKE and abs(later) <= _ALIKE),
         f"Called alike within {_ALIKE:.0%}: {case.settled5[j]:.3f} s and {both.settled5[j]:.3f} s.",

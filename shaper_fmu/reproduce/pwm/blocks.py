@@ -48,9 +48,9 @@ def _response(key: str, title: str, results: Results, travel: float) -> Figure:
     if results.time[-1] > 1.5 * travel:
         names = {"plant.position": ("position of the mass [m]", 0), **names}
     lines = []
-    for name, (words, style) in names.items():
+    for name, (label, style) in names.items():
         until = results.time <= (travel if name == "train.carrier" else results.time[-1])
-        lines.append(Line(words, results.time[until], results[name][until], style=style))
+        lines.append(Line(label, results.time[until], results[name][until], style=style))
     return Figure(key, title, "time [s]", "command, position", lines, marks=[(travel, "travel time")])
 
 
@@ -70,7 +70,7 @@ def _edges(found: Study) -> Table:
     rows = [
         [case, ", ".join(f"{1e3 * t:.3f}" for t in switch_times(found.responses[case, 12.0]))] for case in (LONG_CASE, SHORT_CASE)
     ]
-    return Table("Switches at ratio 12, from the time responses [ms]", ["command", "switches"], rows, words=True)
+    return Table("Switches at ratio 12, from the time responses [ms]", ["command", "switches"], rows, left_aligned=True)
 
 
 def _table(found: Study) -> Table:
@@ -121,10 +121,10 @@ def _grid(found: Study) -> Table:
         exact = found.whole[case]
         i, above = exact.at(12.0), exact.ratio >= 12.0
         rows.append([case, "ends at events", f"{1e3 * STEP:g}", f"{exact.relative[i]:.3f}", f"{exact.relative[above].max():.3f}"])
-        for output, words in {"pulse": "held", "pulse_mean": "held, mean of the step"}.items():
+        for output, label in {"pulse": "held", "pulse_mean": "held, mean of the step"}.items():
             for step in GRID_STEPS:
                 s = found.grid[output][case, step]
-                rows.append([case, words, f"{1e3 * step:g}", f"{s.relative[i]:.3f}", f"{s.relative[above].max():.3f}"])
+                rows.append([case, label, f"{1e3 * step:g}", f"{s.relative[i]:.3f}", f"{s.relative[above].max():.3f}"])
     head = ["command", "pulses", "step [ms]", "ratio 12", "worst whole ratio from 12 on"]
     return Table("What steps cost that do not end at the pulses [% of a step's]", head, rows)
 

@@ -163,8 +163,8 @@ def _limits(name: str, duration: float) -> dict[str, float]:
 
 
 def _command(full: BeamBench, name: str, periods: float, zeta: float) -> Left:
-    profile, shaper, told = COMMANDS[name]
-    return full.left(profile, periods, {**damped(zeta), "profile.damping_ratio": zeta if told else 0.0}, shaper=shaper)
+    profile, shaper, knows_damping = COMMANDS[name]
+    return full.left(profile, periods, {**damped(zeta), "profile.damping_ratio": zeta if knows_damping else 0.0}, shaper=shaper)
 
 
 def _at_period(bench: BeamBench) -> dict[str, float]:

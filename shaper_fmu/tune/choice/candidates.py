@@ -27,10 +27,10 @@ _ATTEMPTS = 3
 _OFFLINE_WORDS = {"si": "SI", "direct_zv": "direct ZV", "direct_zvd": "direct ZVD"}
 
 
-def words(kind: str) -> str:
+def label_of(kind: str) -> str:
     """The usual name of a kind of shaper or profile."""
     if kind in SHAPERS:
-        return SHAPERS[kind].words
+        return SHAPERS[kind].label
     return _OFFLINE_WORDS.get(kind) or kind.replace("_", " ")
 
 
@@ -56,7 +56,7 @@ class Factor:
     @property
     def name(self) -> str:
         """Its kind and the frequencies that it is for."""
-        return f"{words(self.kind)} on {' and '.join(f'{w:.4g}' for w in self.frequencies)} rad/s"
+        return f"{label_of(self.kind)} on {' and '.join(f'{w:.4g}' for w in self.frequencies)} rad/s"
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Design:
         """In words, such as "ZVD on 4.6 and 12 rad/s"."""
         if len({factor.kind for factor in self.factors}) == 1 and len(self.factors) > 1:
             frequencies = " and ".join(f"{f.frequencies[0]:.4g}" for f in self.factors)
-            return f"{words(self.factors[0].kind)} on {frequencies} rad/s"
+            return f"{label_of(self.factors[0].kind)} on {frequencies} rad/s"
         return ", ".join(factor.name for factor in self.factors) or "unshaped"
 
     @property
@@ -216,7 +216,7 @@ def _of_kind(found: Designs, kind: str, boxes: Sequence[ModeBox], modes: Sequenc
         tolerance = min((_hump_tolerance(kind, boxes[k], way.places[k], way.tolerance, wanted) for k in modes), default=tolerance)
     for k in modes:
         w, zeta = way.places[k]
-        name = f"{words(kind)} on {w:.4g} rad/s"
+        name = f"{label_of(kind)} on {w:.4g} rad/s"
         sequence = found.attempt(name, lambda w=w, zeta=zeta: _designed(kind, w, zeta, tolerance))
         if sequence is not None:
             factors.append(Factor(kind, (k,), sequence, (w,), (zeta,), tolerance))
@@ -259,7 +259,7 @@ def _specified(found: Designs, boxes: Sequence[ModeBox], modes: tuple[int, ...],
 
 def _direct(found: Designs, kind: str, places: Sequence[tuple[float, float]], modes: tuple[int, ...]) -> None:
     frequencies, dampings = zip(*(places[k] for k in modes), strict=True)
-    name = f"{words(kind)} on {' and '.join(f'{w:.4g}' for w in frequencies)} rad/s"
+    name = f"{label_of(kind)} on {' and '.join(f'{w:.4g}' for w in frequencies)} rad/s"
     sequence = found.attempt(name, lambda: direct_two_mode(frequencies, dampings, kind.removeprefix("direct_")))
     if sequence is not None:
         _add(found, places, kind, modes, sequence)

@@ -71,8 +71,8 @@ def profiles(boxes: Sequence[ModeBox], requirements: Requirements, left_out: lis
         try:
             yield from _Kind(kind, requirements, mode, boxes, parts).improving(fastest, longest)
         except ComponentError as error:
-            told = LeftOut(kind.replace("_", " "), str(error))
-            left_out += [told] if told not in left_out else []
+            entry = LeftOut(kind.replace("_", " "), str(error))
+            left_out += [entry] if entry not in left_out else []
 
 
 class _Kind:

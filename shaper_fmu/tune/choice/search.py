@@ -22,7 +22,7 @@ from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.profiles import Profile
 from shaper_fmu.tune.choice.bounds import proven, remaining
 from shaper_fmu.tune.choice.boxes import ModeBox, shares
-from shaper_fmu.tune.choice.candidates import MOST_CUSTOM, Design, Designs, words
+from shaper_fmu.tune.choice.candidates import MOST_CUSTOM, Design, Designs, label_of
 from shaper_fmu.tune.choice.moves import as_impulses, fastest_move
 from shaper_fmu.tune.choice.requirements import Requirements
 
@@ -106,7 +106,7 @@ class Search:
         bounds, places = self._bounded(design.sequence)
         total = self._base_bounds * np.array(bounds)
         nominal = self._base_nominal * self._nominal(design.sequence)
-        name = design.name if self._base is None else f"{words(self._base.kind.name)}, {design.name}"
+        name = design.name if self._base is None else f"{label_of(self._base.kind.name)}, {design.name}"
         return self._keep(name, design, self._base, design.delay, total, places, nominal)
 
     def add_profile(self, law: Profile) -> Candidate:
@@ -115,7 +115,7 @@ class Search:
         moves = as_impulses(law, self._highest)
         bounds, places = self._bounded(moves)
         delay = max(0.0, law.duration - self._base.duration)
-        name = f"{words(law.kind.name)} in {law.duration:.4g} s"
+        name = f"{label_of(law.kind.name)} in {law.duration:.4g} s"
         return self._keep(name, Design(()), law, delay, np.array(bounds), places, self._nominal(moves))
 
     def levels(self, left: Sequence[np.ndarray] | np.ndarray) -> tuple[float, float]:

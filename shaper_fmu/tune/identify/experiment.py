@@ -27,9 +27,9 @@ from shaper_fmu.tune.identify.excitation import Excitation, ExcitationKind
 from shaper_fmu.tune.identify.linear_comparison import LinearComparison, compare
 from shaper_fmu.tune.identify.linear_modes import AT_REST
 from shaper_fmu.tune.identify.linearization import NoLinearizationError, linearize
-from shaper_fmu.tune.identify.look import look
 from shaper_fmu.tune.identify.plant import Plant
 from shaper_fmu.tune.identify.response import TOLERATED, Experiment, Response
+from shaper_fmu.tune.identify.survey import survey
 
 _SAMPLES_PER_PERIOD = 30
 _FEWEST_PER_PERIOD = 12
@@ -156,11 +156,11 @@ def experiment(
     finally:
         trial.close()
     findings = _findings(response, trial, unrest) + list(found.findings)
-    compared, told = _compared(trial, found, response, smallest_share) if linear else (None, [])
+    compared, differences = _compared(trial, found, response, smallest_share) if linear else (None, [])
     return PlantIdentification(
         found, response.excitation, response.time, response.values, plant.input, plant.input_unit, tuple(plant.outputs),
         tuple(plant.units), trial.settle_time, response.nonlinearity, response.coupling, dict(point or {}),
-        tuple(findings + told), compared,
+        tuple(findings + differences), compared,
     )  # fmt: skip
 
 
@@ -168,7 +168,7 @@ def _identified(
     trial: Experiment, kind: ExcitationKind, amplitude: float, guess: float, smallest_share: float, *, search: bool
 ) -> tuple[Identification, Response]:
     """A first look, then closer ones until the modes stay."""
-    seen = look(trial, kind, amplitude, guess)
+    seen = survey(trial, kind, amplitude, guess)
     found, response = seen.found, seen.response
     for _ in range(_REFINEMENTS):
         plan = _plan(found, seen.duration, trial)

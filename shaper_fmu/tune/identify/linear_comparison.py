@@ -52,14 +52,14 @@ class LinearComparison:
     def text(self) -> str:
         """The comparison in words."""
         where = f"linearized by {self.linearization.origin}, the FMU"
-        said = " has no mode that should be seen, and none was found"
+        result = " has no mode that should be seen, and none was found"
         if self.pairs:
             modes = f"{len(self.pairs)} modes agree" if len(self.pairs) > 1 else "mode agrees"
-            said = f"'s {modes} with the experiment: poles differ by {self.worst:.1e} of them at most"
+            result = f"'s {modes} with the experiment: poles differ by {self.worst:.1e} of them at most"
         if self.differences:
-            said = f" differs from the experiment: {'; '.join(self.differences)}"
+            result = f" differs from the experiment: {'; '.join(self.differences)}"
         unseen = f". Not excited by this input, or not seen in these outputs: {_listed(self.hidden)}" if self.hidden else ""
-        return f"{where}{said}{unseen}"
+        return f"{where}{result}{unseen}"
 
 
 def compare(
@@ -82,14 +82,16 @@ def compare(
             pairs.append((mode, part))
             if not near:
                 differences.append(
-                    f"its mode of {_told(mode.pole)} was found at {_told(part.pole)}, {_apart(mode, part):.1e} apart"
+                    f"its mode of {_pole_text(mode.pole)} was found at {_pole_text(part.pole)}, {_apart(mode, part):.1e} apart"
                 )
         elif share < smallest_share:
             hidden.append(mode)
         elif not any(_is_near(mode, one, nonlinearity) for one in parts):  # else it coincides with another one
-            differences.append(f"its mode of {_told(mode.pole)}, {share:.1%} of the vibration, was not found{_why(mode, found)}")
+            differences.append(
+                f"its mode of {_pole_text(mode.pole)}, {share:.1%} of the vibration, was not found{_why(mode, found)}"
+            )
     known = [id(part) for _, part in pairs]
-    differences += [f"it has no mode of {_told(one.pole)}, which was found" for one in found.modes if id(one) not in known]
+    differences += [f"it has no mode of {_pole_text(one.pole)}, which was found" for one in found.modes if id(one) not in known]
     worst = max((_apart(mode, part) for mode, part in pairs if isinstance(part, Mode)), default=0.0)
     return LinearComparison(linearization, tuple(pairs), worst, tuple(hidden), tuple(differences))
 
@@ -139,11 +141,11 @@ def _why(mode: LinearMode, found: Identification) -> str:
     return ""
 
 
-def _told(pole: complex) -> str:
+def _pole_text(pole: complex) -> str:
     return f"{abs(pole):.4g} rad/s (damping ratio {-pole.real / abs(pole):.3g})"
 
 
 def _listed(modes: Sequence[LinearMode]) -> str:
-    told = [f"{mode.natural_frequency:.4g}" for mode in modes[:_LISTED]]
+    shown = [f"{mode.natural_frequency:.4g}" for mode in modes[:_LISTED]]
     more = f" and {len(modes) - _LISTED} more" if len(modes) > _LISTED else ""
-    return f"{', '.join(told)} rad/s{more}"
+    return f"{', '.join(shown)} rad/s{more}"

@@ -68,8 +68,8 @@ def interface_of(fmu: Fmu) -> Interface:
         pair = fmu.elements_of(str(state.name)), fmu.elements_of(str(rate.name))
         known = all(name in fmu.variables for names in pair for name in names)  # not where a name stands for several variables
         if not known or len(pair[0]) != len(pair[1]) or any(kind_of(one) != "real" for one in (rate, state)):
-            words = f"{state.name} and its derivative {rate.name} are not real, or not of the same size"
-            raise LinearizationError(f"{fmu.name} cannot be linearized: {words}")
+            message = f"{state.name} and its derivative {rate.name} are not real, or not of the same size"
+            raise LinearizationError(f"{fmu.name} cannot be linearized: {message}")
         states += pair[0]
         derivatives += pair[1]
     if not states:
@@ -83,8 +83,8 @@ def _directional_flags(fmu: Fmu) -> tuple[bool, bool]:
     """Read from the file: fmpy does not keep the name that FMI 3.0 has for it."""
     root = parse_xml((fmu.folder / "modelDescription.xml").read_bytes(), f"{fmu.name}: modelDescription.xml")
     found = [root.find(kind) for kind in ("CoSimulation", "ModelExchange")]
-    told = [one is not None and one.get(_FLAGS[fmu.version]) in ("true", "1") for one in found]
-    return told[0], told[1]
+    declared = [one is not None and one.get(_FLAGS[fmu.version]) in ("true", "1") for one in found]
+    return declared[0], declared[1]
 
 
 def directional(instance: Instance, unknowns: Sequence[str], known: str) -> np.ndarray:
@@ -111,9 +111,9 @@ def finite(instance: Instance, values: Sequence[float], what: str) -> np.ndarray
     return array
 
 
-def magnitude(told: np.ndarray, state: np.ndarray) -> np.ndarray:
+def magnitude(declared: np.ndarray, state: np.ndarray) -> np.ndarray:
     """Magnitudes of states: nominal values (1 where they are 0), or what they are, if that is more; both of shape (n,)."""
-    nominal = np.abs(told)
+    nominal = np.abs(declared)
     return np.clip(np.maximum(np.where(nominal > 0.0, nominal, 1.0), np.abs(state)), *_NOMINAL)
 
 

@@ -136,8 +136,8 @@ def _task(plant: Plant, point: Mapping[str, Any], settle_time: float | None) -> 
 
 def _nominal(task: _Task) -> np.ndarray:
     """The states' nominal values in the model description, shape (n,); 0 where it tells none that makes sense."""
-    told = [task.fmu.variables[name].nominal for name in task.interface.states]
-    return np.nan_to_num(np.array([float(text) if text is not None else 0.0 for text in told]), posinf=0.0, neginf=0.0)
+    declared = [task.fmu.variables[name].nominal for name in task.interface.states]
+    return np.nan_to_num(np.array([float(text) if text is not None else 0.0 for text in declared]), posinf=0.0, neginf=0.0)
 
 
 def _directional(task: _Task, instance: Instance, state: np.ndarray, rate: np.ndarray, scale: np.ndarray) -> Linearization:

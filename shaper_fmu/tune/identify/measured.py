@@ -133,7 +133,7 @@ def identify_measured(
     findings += found.findings
     findings += _not_decaying(found, float(grid[-1] - grid[0]))
     if first is not None or not start:
-        findings += _unconfirmed(response, smallest_share, end, told=first is not None)
+        findings += _unconfirmed(response, smallest_share, end, given=first is not None)
     return MeasuredIdentification(
         found, grid, uniform, tuple(names), tuple(known.get(name, "") for name in names), end, tuple(findings)
     )
@@ -162,12 +162,12 @@ def _check_times(t: np.ndarray) -> None:
         raise IdentificationError(f"time does not increase from row {row + 1} on ({t[row] if len(t) else 0.0:g} s)")
 
 
-def _beginning(t: np.ndarray, excitation: np.ndarray | None, told: float | None) -> tuple[int | None, str]:
+def _beginning(t: np.ndarray, excitation: np.ndarray | None, given: float | None) -> tuple[int | None, str]:
     """The first row of the free response; None where neither the input nor the user tells, and why if there is an input."""
-    if told is not None:
-        if not np.isfinite(told):
-            raise IdentificationError(f"the end of the excitation, {told:g} s, is no finite number")
-        first = int(np.count_nonzero(t <= told + 1e-9 * (t[-1] - t[0])))
+    if given is not None:
+        if not np.isfinite(given):
+            raise IdentificationError(f"the end of the excitation, {given:g} s, is no finite number")
+        first = int(np.count_nonzero(t <= given + 1e-9 * (t[-1] - t[0])))
     elif excitation is not None:
         last = last_change(excitation)
         if last is None:
@@ -176,7 +176,7 @@ def _beginning(t: np.ndarray, excitation: np.ndarray | None, told: float | None)
     else:
         return None, ""
     if len(t) - first < 2:
-        end = told if told is not None else t[min(first, len(t)) - 1]
+        end = given if given is not None else t[min(first, len(t)) - 1]
         raise IdentificationError(f"nothing is left after the end of the excitation at {end:g} s; the table ends at {t[-1]:g} s")
     return first, ""
 
@@ -206,7 +206,7 @@ def last_change(excitation: np.ndarray) -> int | None:
     return first if first else None
 
 
-def _unconfirmed(response: FreeResponse, smallest_share: float, end: float, *, told: bool) -> list[Finding]:
+def _unconfirmed(response: FreeResponse, smallest_share: float, end: float, *, given: bool) -> list[Finding]:
     """A finding if later beginnings speak against a mode: then the response is not free yet, or its modes change."""
     mode = Beginnings(response, smallest_share).contradicted(0)
     if mode is None:

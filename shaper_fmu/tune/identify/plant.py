@@ -85,8 +85,8 @@ class Plant:
     @property
     def duration_hint(self) -> float:
         """The longest default experiment of its FMUs [s]; 10 s if they tell none."""
-        told = [fmu.description.defaultExperiment for fmu in self._system.fmus.values()]
-        stops = [_number(one.stopTime) for one in told if one is not None]
+        declared = [fmu.description.defaultExperiment for fmu in self._system.fmus.values()]
+        stops = [_number(one.stopTime) for one in declared if one is not None]
         return max((stop for stop in stops if stop is not None and stop > 0.0), default=_DEFAULT_DURATION)
 
     @property
@@ -107,13 +107,13 @@ class Plant:
     @property
     def own_steps(self) -> list[float]:
         """Steps that its FMUs name as their own [s]: of the default experiment, or fixed internal ones."""
-        told = [_number(getattr(fmu.co_simulation, "fixedInternalStepSize", None)) for fmu in self._system.fmus.values()]
-        told += [
+        declared = [_number(getattr(fmu.co_simulation, "fixedInternalStepSize", None)) for fmu in self._system.fmus.values()]
+        declared += [
             _number(fmu.description.defaultExperiment.stepSize)
             for fmu in self._system.fmus.values()
             if fmu.description.defaultExperiment is not None
         ]
-        return sorted({step for step in told if step is not None and step > 0.0})
+        return sorted({step for step in declared if step is not None and step > 0.0})
 
     def rest_value(self, point: Mapping[str, Any]) -> float:
         """The input's value at an operating point: what it is given there, else its start value, else 0."""

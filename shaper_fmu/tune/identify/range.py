@@ -112,11 +112,11 @@ def identify_plant(
         except (IdentificationError, SimulationError) as error:
             if not found:
                 raise
-            failed.append(Finding("failed", f"at {_words(point)}: {error}"))
+            failed.append(Finding("failed", f"at {_point_text(point)}: {error}"))
     return PlantModes(tuple(found), tuple(_ranges(found)), (*found[0].findings, *failed, *_differences(found)))
 
 
-def _words(point: Mapping[str, Any]) -> str:
+def _point_text(point: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} = {value}" for name, value in point.items()) or "the FMU's own start values"
 
 
@@ -166,7 +166,7 @@ def _differences(found: list[PlantIdentification]) -> list[Finding]:
     """Where modes come and go, and findings that the nominal experiment does not have."""
     findings, known = [], {finding.code for finding in found[0].findings}
     for other in found[1:]:
-        where = f"at {_words(other.start_values)}, amplitude {other.excitation.amplitude:.3g} {other.input_unit}"
+        where = f"at {_point_text(other.start_values)}, amplitude {other.excitation.amplitude:.3g} {other.input_unit}"
         if len(other.modes) != len(found[0].modes):
             findings.append(
                 Finding("modes_differ", f"{where}: {len(other.modes)} modes, where the nominal point has {len(found[0].modes)}")

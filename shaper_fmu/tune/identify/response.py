@@ -97,12 +97,12 @@ class Experiment:
         """The next multiple of the distance at which an FMU moves on; the step itself if there is none [s]."""
         return max(1, math.ceil(step / self.grid - 1e-9)) * self.grid if self.grid else step
 
-    def settle(self, look: float) -> str | None:
+    def settle(self, window: float) -> str | None:
         """Find how long it takes until the outputs rest over `look` [s]; a sentence if they do not."""
         moved = np.ones((1, 3))
         for k in range(_MOST_DOUBLINGS + 1):
-            settled = (2.0**k - 1.0) * look
-            moved = self._motion(settled, look)
+            settled = (2.0**k - 1.0) * window
+            moved = self._motion(settled, window)
             if (moved[:, 0] <= (_AT_REST * moved[:, 1] if k else 1e-9 * moved[:, 2])).all():
                 self.settle_time = settled
                 return None
@@ -110,15 +110,15 @@ class Experiment:
         worst = int(np.argmax(moved[:, 0] / np.maximum(moved[:, 1], 1e-300)))
         return (
             f"the plant does not come to rest: without excitation {self.plant.outputs[worst]} still moves by "
-            f"{moved[worst, 0]:.3g} {self.plant.units[worst]} in the last {look:g} s of {2.0**_MOST_DOUBLINGS * look:g} s; "
+            f"{moved[worst, 0]:.3g} {self.plant.units[worst]} in the last {window:g} s of {2.0**_MOST_DOUBLINGS * window:g} s; "
             "responses are differences to that motion"
         )
 
-    def _motion(self, settled: float, look: float) -> np.ndarray:
+    def _motion(self, settled: float, window: float) -> np.ndarray:
         """Peak-to-peak values over `look` after `settled` [s] and over all, and the magnitude, without excitation; shape (m, 3)."""
         rest = np.array([[0.0, self.rest]])
-        step = self.on_grid(look / _LOOKED)
-        values = self.plant.run(rest, settled + look, step, self.point)[1]
+        step = self.on_grid(window / _LOOKED)
+        values = self.plant.run(rest, settled + window, step, self.point)[1]
         size = np.maximum(np.abs(values).max(axis=0), 1e-300)
         late = np.ptp(values[round(settled / step) :], axis=0)
         return np.column_stack([late, np.maximum(np.ptp(values, axis=0), 1e-9 * size), size])

@@ -53,15 +53,15 @@ class ShapedPlant:
         found, problems = {}, []
         for name, share in spread.items():
             instance, variable = self.plant.split(self.full(name))
-            told: Any = self.plant.start_values[instance].get(
+            given: Any = self.plant.start_values[instance].get(
                 variable, self.plant.fmus[instance].variable(variable, "parameter").start
             )
             try:
-                found[name] = float(told)
+                found[name] = float(given)
             except (TypeError, ValueError):
                 problems.append(f"{name} has no start value that is a number; give it one")
             if not 0.0 <= share < math.inf or (found.get(name) == 0.0):
-                problems.append(f"{name} = {told} cannot vary by +-{share:g} of it")
+                problems.append(f"{name} = {given} cannot vary by +-{share:g} of it")
         if problems:
             raise ModelError(problems)
         return found

@@ -115,7 +115,7 @@ def verify(
         tuple(outputs), nominal, worst, tuple(search.points.values()), tuple(search.failed), tolerance, "",
         runs.step, change,
     )  # fmt: skip
-    return Verification(**{**vars(found), "reason": _words(found, spread)})
+    return Verification(**{**vars(found), "reason": _reason(found, spread)})
 
 
 class _Worst:
@@ -170,7 +170,7 @@ def _neighbours(place: tuple[float, ...], step: float) -> Iterator[tuple[float, 
         yield (*place[:k], min(1.0, max(-1.0, place[k] + sign * step)), *place[k + 1 :])
 
 
-def _words(found: Verification, spread: Mapping[str, float]) -> str:
+def _reason(found: Verification, spread: Mapping[str, float]) -> str:
     over = " and ".join(f"{name} +-{100.0 * share:.3g} %" for name, share in spread.items()) or "the nominal parameters"
     worst = found.worst
     where = ", ".join(f"{name} = {value:.4g}" for name, value in worst.values.items())

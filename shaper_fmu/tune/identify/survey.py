@@ -29,7 +29,7 @@ _OVER_SHARE = 60
 
 
 @dataclass(frozen=True)
-class Look:
+class Survey:
     """What a broad look has shown: an identification, at which duration [s], and the response."""
 
     found: Identification
@@ -37,12 +37,12 @@ class Look:
     response: Response
 
 
-def look(experiment: Experiment, kind: ExcitationKind, amplitude: float, duration: float) -> Look:
+def survey(experiment: Experiment, kind: ExcitationKind, amplitude: float, duration: float) -> Survey:
     """Find a duration at which the modes are seen, from `duration` [s] on; raises IdentificationError if there is none.
 
     Shorter where the response has content that the samples do not resolve, or aliases; longer where there are too few periods.
     """
-    best: Look | None = None
+    best: Survey | None = None
     low, high = 0.0, math.inf  # durations known to be too short, too long
     first = duration
     for _ in range(_ROUNDS):
@@ -55,7 +55,7 @@ def look(experiment: Experiment, kind: ExcitationKind, amplitude: float, duratio
         if found is not None:
             too_long = found.has("too_fast") or (found.vibrates and _aliased(experiment, response, found))
             if not too_long:
-                best = Look(found, duration, response)
+                best = Survey(found, duration, response)
                 if _is_enough(best, first):
                     return best
         low, high = (low, duration) if too_long else (duration, high)
@@ -96,7 +96,7 @@ def _is_over(values: np.ndarray) -> bool:
     return moves
 
 
-def _is_enough(seen: Look, first: float) -> bool:
+def _is_enough(seen: Survey, first: float) -> bool:
     """Whether a record shows all that is slow; what does not vibrate but drifts may do so later."""
     found = seen.found
     if any(other.kind in ("unstable", "growth") and other.pole.real * seen.duration > _CLEAR for other in found.others):
