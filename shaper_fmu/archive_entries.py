@@ -1,4 +1,4 @@
-"""What an archive tells of its entries, judged before anything is unpacked; and the unpacking of one entry.
+"""Checks the entries of an archive before anything is unpacked, and unpacks one entry.
 
 The archive is read by its central directory alone, as every tool should. What is refused: more entries or bytes than are
 bearable, compression beyond all that models need (zip bombs), entries that share bytes or whose two headers disagree, names

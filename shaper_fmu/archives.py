@@ -1,4 +1,4 @@
-"""Reading and writing FMU and SSP archives. Archives from others are untrusted; ours are the same bytes each time."""
+"""Reads and writes FMU and SSP archives. Foreign archives are untrusted; ours have the same bytes each time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a component is: declared variables, a record of their values, and kernel functions over that record.
+"""Components: declared variables, a record of their values, and kernel functions over that record.
 
 A component is a subclass of `Component`. Its class attributes declare its variables; the instance is the record.
 Two methods do the work and may use only scalars, loops, `math`, functions of the same kind and the record's fields,

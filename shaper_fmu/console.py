@@ -1,4 +1,4 @@
-"""What the command line writes to.
+"""The consoles to which the command line writes.
 
 Texts are printed as they are, for names come from outside, and `:smile:` may be one. Words stay whole, since names and paths
 are copied and searched for: on a terminal lines break between words, and in a pipe or a file nowhere.

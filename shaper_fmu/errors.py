@@ -1,4 +1,4 @@
-"""The one family of errors, and the words for a name that is not known."""
+"""The errors of this package, and the suggestion of the nearest known name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A folder for caches where the usual ones cannot be written to: the user has no home, or the installation is read-only."""
+"""A private cache folder for users without a writable home or installation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Progress of long work: a bar on a terminal, a few lines when piped."""
+"""Shows the progress of long work: a bar on a terminal, a few lines otherwise."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the public names are defined: `import shaper_fmu` loads a module when one of its names is first used."""
+"""The modules that define the public names: `import shaper_fmu` loads a module when one of its names is first used."""
 
 from __future__ import annotations
 

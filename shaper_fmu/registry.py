@@ -1,4 +1,4 @@
-"""Finding components: in `shaper_fmu/commands/`, in `shaper_fmu/plants/`, and where third parties announce theirs.
+"""Finds components: in `shaper_fmu/commands/`, in `shaper_fmu/plants/`, and by the entry points of other packages.
 
 A third party's package announces modules or classes in the entry-point group "shaper_fmu.components".
 """

@@ -1,4 +1,4 @@
-"""Where the processes that this one starts look for modules."""
+"""The search path for modules of the processes that this one starts."""
 
 from __future__ import annotations
 

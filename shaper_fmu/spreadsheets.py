@@ -1,4 +1,4 @@
-"""Texts in CSV tables that spreadsheets open: none of them becomes a formula."""
+"""Escapes texts in CSV tables that a spreadsheet would take for formulas."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Units: from a string such as "N.s/m" to exponents of the SI base units, as FMI writes them."""
+"""Parses units such as "N.s/m" into exponents of the SI base units, as FMI writes them."""
 
 from __future__ import annotations
 

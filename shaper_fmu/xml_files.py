@@ -1,4 +1,4 @@
-"""Reading XML files of others: without document types, entities or network, and of no more than a bearable size."""
+"""Reads foreign XML files of limited size, without document types, entities or network access."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Numbers from responses: residual vibration and its relatives."""
+"""Computes residual vibration and other figures of merit from responses."""

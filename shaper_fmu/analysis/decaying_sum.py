@@ -1,4 +1,4 @@
-"""Sums of decaying oscillations: their extremes, and the last time at which they leave a band, with certainty.
+"""Guaranteed extremes of sums of decaying oscillations, and the last time at which they leave a band.
 
 e(tau) = Re sum_k c_k exp(p_k tau), tau >= 0, with Re p_k < 0. Between the ends of an interval of length h, e exceeds its
 values there by h^2/8 max|e''| at most, with |e''| <= sum_k |p_k|^2 |c_k| exp(Re p_k tau) at the left end; nor does it exceed

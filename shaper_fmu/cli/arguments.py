@@ -1,4 +1,4 @@
-"""What is checked of a command's arguments before its work begins, so that wrong usage exits with 2 and costs no time.
+"""Checks the arguments of commands before their work begins, so that wrong usage exits with 2 at once.
 
 Parsers of numbers, and callbacks for files, which pass on what is right; the rest is a BadParameter, with the option and the value.
 """

@@ -1,4 +1,4 @@
-"""How commands end before their time: by Ctrl-C with exit code 130, by SIGTERM with 143, both with what they hold let go of."""
+"""Ends commands that are interrupted: exit code 130 after Ctrl-C, 143 after SIGTERM, with all resources released."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The option --modes of `shaper-fmu design`: which modes to shape."""
+"""The option --modes of `shaper-fmu design`: selects the modes to shape."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The commands `shaper-fmu new ...`: things to begin with."""
+"""The commands `shaper-fmu new ...`, which write templates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where commands write: paths are absolute from a command's beginning on, since FMUs may change the working directory."""
+"""Output paths of commands: they are made absolute at the start, since FMUs may change the working directory."""
 
 from __future__ import annotations
 

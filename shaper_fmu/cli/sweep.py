@@ -1,4 +1,4 @@
-"""The commands `shaper-fmu sweep`, `report` and `export`: studies, and what their stores hold."""
+"""The commands `shaper-fmu sweep`, `report` and `export`: run studies, and read their stores."""
 
 from __future__ import annotations
 

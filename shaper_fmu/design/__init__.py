@@ -1,1 +1,1 @@
-"""Designing in Python: sequences and motions as objects, optimal shapers, mode selection, proofs; above the kernels."""
+"""Designs commands in Python: sequences and motions as objects, optimal shapers, mode selection and proven bounds."""

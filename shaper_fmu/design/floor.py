@@ -1,4 +1,4 @@
-"""The floor: the shortest duration that any shaper of positive impulses can have for a wanted insensitivity.
+"""The floor: the shortest duration that any shaper of positive impulses can have for a required insensitivity.
 
 For a duration D, impulses A_i >= 0, sum A_i = 1, at times in [0, D] are sought with V(w) <= tolerance over a band of
 frequencies; the least D for which they exist is the floor. For a fixed D the problem is a linear programme in the

@@ -1,4 +1,4 @@
-"""A certified bound of the residual vibration of impulse and pulse sequences over a box of frequencies and damping ratios.
+"""A proven bound of the residual vibration of impulse and pulse sequences over a box of frequencies and damping ratios.
 
 A grid of V misses what lies between its points. Here a bound is proven, by two facts.
 

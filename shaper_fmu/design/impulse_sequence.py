@@ -1,4 +1,4 @@
-"""Impulse sequences as Python objects: what the design functions return and what analysis takes."""
+"""Impulse sequences as Python objects: the results of design functions and the arguments of analysis."""
 
 from __future__ import annotations
 

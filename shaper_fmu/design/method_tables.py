@@ -1,4 +1,4 @@
-"""The tables of methods and metrics in docs/: lines between marks.
+"""Writes the tables of methods and metrics in docs/, between marked lines.
 
 `python -m shaper_fmu.design.method_tables FILE.md ...` writes them.
 """

@@ -1,4 +1,4 @@
-"""The step response of a linear system by its poles and residues, and what a shaper makes of it, exactly."""
+"""The step response of a linear system from its poles and residues, exactly, with and without a shaper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A step response's modes in a file, TOML or JSON, read strictly.
+"""Reads the modes of a step response from a TOML or JSON file; unknown fields are errors.
 
 outputs = ["trolley", "load"]       # names, optional
 final = [1.0, 1.0]                  # the values that the outputs settle at after a unit step

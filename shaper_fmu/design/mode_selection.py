@@ -1,4 +1,4 @@
-"""Choosing the modes to shape: the shortest shaper that leaves a tolerated residual, instead of one for all modes.
+"""Selects the modes to shape: the shortest shaper within a tolerated residual, instead of one for all modes.
 
 For a set of modes with a shaper for each, of the total duration D, the residual is rho = max_j sup |x_j - x_j(infinity)| /
 |x_j(infinity)| after the last impulse. A further shaper of positive impulses that add up to 1 never raises it: it makes x_j

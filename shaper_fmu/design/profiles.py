@@ -1,4 +1,4 @@
-"""Motion profiles as Python objects: what `profile` returns and what analysis takes."""
+"""Motion profiles as Python objects: the results of `profile` and the arguments of analysis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""On/off commands as Python objects: what the design functions return."""
+"""On/off commands as Python objects: the results of the design functions."""
 
 from __future__ import annotations
 

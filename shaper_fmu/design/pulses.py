@@ -1,4 +1,4 @@
-"""Designing on/off commands in Python: the functions that the PulseTrain component uses, with checks and results."""
+"""Designs on/off commands in Python, with the functions of the PulseTrain component, and checks them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Designing shapers from Python: the same kernels as in the FMU, returning an `ImpulseSequence`."""
+"""Designs shapers in Python, with the same kernels as the FMU; returns an `ImpulseSequence`."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""From a component to an FMU."""
+"""Builds FMUs from components."""

@@ -1,4 +1,4 @@
-"""Building FMUs: by which backend, for which version of FMI and which platforms; and FMUs that need no building.
+"""Builds FMUs with a backend, a version of FMI and platforms, or finds FMUs that exist already.
 
 A wheel carries the native FMUs of all its components, so that its user needs no compiler. They are handed out as long as
 they belong to the sources beside them; from a changed or plain source checkout, FMUs are built and kept in the cache.

@@ -1,4 +1,4 @@
-"""What was compiled once is kept: files under names that are hashes of all that they are made from.
+"""The cache of compiled files, whose names are hashes of everything that they are made from.
 
 The folder is the user's cache folder, or what the environment variable SHAPER_FMU_CACHE names. It may be deleted at any time.
 """

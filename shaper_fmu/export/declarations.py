@@ -1,5 +1,4 @@
-"""What a component declares, looked through before it is built: all that an FMU could not hold, a description could not say, or
-another machine could not unpack, in words."""
+"""Checks a component's declarations before a build, and reports everything that an FMU cannot represent."""
 
 from __future__ import annotations
 

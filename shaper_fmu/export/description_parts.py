@@ -1,4 +1,4 @@
-"""What the model descriptions of FMI 2.0 and 3.0 have in common."""
+"""The parts that the model descriptions of FMI 2.0 and 3.0 share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The documentation page of an FMU, from the component's docstring and declarations, with a picture of what it does."""
+"""The documentation page of an FMU, from the component's docstring and declarations, with a picture of its behaviour."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The FMI 2.0 model description of a component: arrays are split into scalars, referred to by their position."""
+"""The FMI 2.0 model description of a component: arrays are split into scalars, which are referenced by position."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The FMI 3.0 model description of a component: arrays are one variable; all refer to each other by value reference."""
+"""The FMI 3.0 model description of a component: arrays are single variables, referenced by value reference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a model description says about the relations between variables: states, derivatives, and who depends on whom."""
+"""The model structure of a model description: states, derivatives and dependencies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the backends share when they pack a component into an FMU."""
+"""The steps that all backends share when they pack a component into an FMU."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A picture of what a component does: its outputs over time, as SVG for the documentation page.
+"""A picture of a component's behaviour: its outputs over time, as SVG for the documentation page.
 
 The plain Python component runs with its start values, and its inputs step once. matplotlib draws; it is optional, and
 without it there is no picture. Equal sources, and an equal matplotlib, give equal bytes.

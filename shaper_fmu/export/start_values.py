@@ -1,5 +1,4 @@
-"""Components with other start values, so that an FMU begins as it is wanted where a tool cannot set that (libcosim and ecos
-set no enumerations).
+"""Components with other start values, for tools that cannot set them (libcosim and ecos set no enumerations).
 
 Such a component is a subclass, written as a Python file into the cache: every exporter treats it as one of the user's own,
 and the FMU's GUID follows from its source.

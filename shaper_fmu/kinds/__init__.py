@@ -1,1 +1,1 @@
-"""The kinds of shapers, profiles and pulse designs: modules that are made from the records of the methods."""
+"""Enumerations and dispatch functions of shapers, profiles and pulse designs, generated from the methods' records."""

@@ -1,4 +1,4 @@
-"""The shaper of a kind for one mode."""
+"""Designs the shaper of a kind for one mode."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All profiles: the enumeration, and the functions that ask the profile of a kind; made from the records of the methods' files."""
+"""All profiles: the enumeration, and functions that dispatch to the profile of a kind; generated from the methods' records."""
 
 from __future__ import annotations
 

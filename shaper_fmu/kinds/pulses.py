@@ -1,4 +1,4 @@
-"""All pulse designs: the enumeration, and the functions that ask the design of a kind; made from the methods' records."""
+"""All pulse designs: the enumeration, and functions that dispatch to a kind's design; generated from the methods' records."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All shapers: the enumeration, and the functions that ask the shaper of a kind; made from the records of the methods' files."""
+"""All shapers: the enumeration, and functions that dispatch to the shaper of a kind; generated from the methods' records."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Coupling FMUs: the system, its stepping loop and its results."""
+"""Couples FMUs: the system, its stepping loop and its results."""

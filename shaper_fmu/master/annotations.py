@@ -1,4 +1,4 @@
-"""What an FMU's vendor says of it in annotations that are made for masters (docs/components.md has their form)."""
+"""Reads vendor annotations in model descriptions that are meant for masters (see docs/components.md)."""
 
 from __future__ import annotations
 

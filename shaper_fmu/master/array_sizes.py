@@ -1,4 +1,4 @@
-"""The sizes of FMI 3.0's arrays, looked at before anything is made of them."""
+"""Checks the sizes of FMI 3.0's arrays before memory is allocated for them."""
 
 from __future__ import annotations
 

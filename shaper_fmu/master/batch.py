@@ -1,4 +1,4 @@
-"""Batches: many short runs of a system on live instances, each compiled as a whole, with metrics in the place of trajectories.
+"""Batches: many short runs of a system on live instances, each compiled as a whole, with metrics instead of trajectories.
 
 The numbers are those of `Simulation.run`, to the bit; what lies between the runs takes microseconds.
 """

@@ -1,4 +1,4 @@
-"""The shared libraries of an FMU, looked at before one is loaded: a file cut off would end the process by a bus error.
+"""Checks the shared libraries of an FMU before one is loaded: a truncated file would end the process by a bus error.
 
 The headers of ELF (Linux), PE (Windows) and Mach-O (macOS) tell which bytes of the file are mapped into memory, ELF's where its
 list of sections ends, too. A file that ends before is damaged.

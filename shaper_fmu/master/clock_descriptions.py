@@ -1,4 +1,4 @@
-"""Clocks of FMI 3.0: what a model description tells of them, and which of them this master can run.
+"""Clocks of FMI 3.0 in a model description, and which of them this master can run.
 
 Time-based input clocks tick at times that the FMU tells: periodic ones (constant, fixed, calculated, tunable) at
 start + shift + k * interval, aperiodic ones (changing, countdown) an interval after the last tick, or after the event at which

@@ -1,4 +1,4 @@
-"""Clocks of FMUs: which there are, what ticks with them, and which of a system can be run."""
+"""The clocks of a system's FMUs: their connections, and which of them can be run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading the model descriptions of FMUs: fmpy reads them, after what does no harm has been mended.
+"""Reads the model descriptions of FMUs with fmpy, after harmless faults have been repaired.
 
 A fault that makes no run wrong is a finding; one that would is refused: see `mending.py`.
 """

@@ -1,4 +1,4 @@
-"""fmpy's FMUs with libraries that lack functions: what is never called may be missing."""
+"""fmpy's FMUs with libraries that lack functions: a function that is never called may be missing."""
 
 from __future__ import annotations
 

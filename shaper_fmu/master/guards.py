@@ -1,4 +1,4 @@
-"""Who takes new inputs at an event between the points of the grid.
+"""Decides which instances take new inputs at an event between the points of the grid.
 
 An instance that announces events makes something of every change of its inputs: a shaper passes each on, once for every impulse.
 At an event of somebody else a smooth input has changed a little, too; taken, that little step would come back as events of its

@@ -1,4 +1,4 @@
-"""Isolated runs: the FMUs live in a process of their own, so that one that crashes or hangs does the caller no harm.
+"""Isolated runs: the FMUs run in a separate process, so that a crash or a hang does not affect the caller.
 
 The child is a fresh Python process, never a fork, which would inherit the FMUs' libraries and threads. It gets the system
 pickled, with the caller's unpacked FMU folders. What comes back is data alone, never pickled. The state of the stepping

@@ -1,4 +1,4 @@
-"""Child processes that run FMUs: started, listened to, killed. For isolated runs, and for the workers of sweeps."""
+"""Starts, watches and kills child processes that run FMUs, for isolated runs and for the workers of sweeps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where numba keeps the compiled loop: beside the sources, in the user's cache folder, or at least among the temporary files."""
+"""Selects the folder in which numba keeps the compiled loop: beside the sources, in the user's cache, or a temporary one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loops of direct feedthrough: cut at one input each, and solved at the start.
+"""Algebraic loops: each is cut at one input, and solved at the start.
 
 The cut input gets its source's value before the others are exchanged. At initialization that value is iterated until the
 loop closes (Powell's hybrid method); at later communication points the input is behind by one exchange.

@@ -1,4 +1,4 @@
-"""What refers to variables in a model description: the model's structure, derivatives and clocks."""
+"""Repairs references to variables in a model description: the model's structure, derivatives and clocks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with the model descriptions of others: mended where it does no harm, refused where it would.
+"""Repairs harmless faults in foreign model descriptions, and refuses the others.
 
 Mended, in the parsed tree, so that fmpy can read it, and told as a finding: what no run needs, or where the cautious reading is
 clear (a dependency that cannot be is none that is told, a unit whose definition cannot be read is a name alone). Refused: what

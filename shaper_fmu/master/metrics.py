@@ -1,4 +1,4 @@
-"""Metrics in the loop: their rows there, checks before a run, and values at its end."""
+"""Metrics in the loop: their rows, checks before a run, and values at its end."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""What a user should know of a run before its numbers are used: events on the grid, loops, values that come a step late, open
-inputs, and descriptions of FMUs that are not to the standard."""
+"""Notes on a run: events on the grid, loops, values that are a step late, open inputs, faulty model descriptions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FMUs that say canBeInstantiatedOnlyOncePerProcess: their instances would share global variables, so a process has one at most.
+"""FMUs that declare canBeInstantiatedOnlyOncePerProcess: a process has at most one instance, since all share variables.
 
 That is one for each FMU, whatever its file is called: FMUs are the same where their GUID (FMI 3.0: instantiation token) and
 their library's name are. An instance that cannot be freed stays; and a library that stays loaded when its instance is freed (as

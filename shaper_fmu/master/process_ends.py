@@ -1,4 +1,4 @@
-"""FMUs that end their process: they do it with words, and never with exit code 0.
+"""Handles FMUs that end their process: they do so with a message, and never with exit code 0.
 
 C's exit() runs our handler before it ends the process; if that is in the midst of an FMU's call, it tells whose, and the exit code
 is 1. Faults (abort, memory access and the like) end the process by their signal, after a line that was written beforehand: nothing

@@ -1,4 +1,4 @@
-"""Environment variables that FMUs change: left while they run, since their own parts may look there, and put back at the end."""
+"""Environment variables that FMUs change: kept while the FMUs run, since their libraries may read them, and restored at the end."""
 
 from __future__ import annotations
 

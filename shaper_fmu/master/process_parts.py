@@ -1,4 +1,4 @@
-"""The parts of a process that an FMU may change, and that are put back: each is a class that keeps what it finds.
+"""The parts of a process that an FMU may change and that are restored; each is a class that keeps the state it finds.
 
 `restore` puts back what differs, and tells whether something did; `close` lets go of what was kept.
 """

@@ -1,4 +1,4 @@
-"""Signals that an FMU may change, and timers: put back, but for what a runtime that it has brought along needs to live.
+"""Signal handlers and timers that an FMU may change: restored, except what a runtime inside of the FMU needs.
 
 A handler of an error in the program (SIGSEGV, SIGFPE, ...) or of a timer stays as long as its code is loaded: runtimes such as
 Java's or Go's would crash without. All others, such as SIGINT's and SIGPIPE's, are the caller's, and put back at once.

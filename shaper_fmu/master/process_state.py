@@ -1,4 +1,4 @@
-"""What the calls of FMUs change in the process is put back, so that it matters neither to other FMUs nor to the caller.
+"""Restores what FMUs change in the process, so that neither other FMUs nor the caller are affected.
 
 `Kept` is around all calls of a run, and `keeping` around methods that make them. In between, `put_back` is called after calls: it
 looks after what other FMUs' numbers depend on, and now and then, or if asked, after everything. How the processor calculates is put

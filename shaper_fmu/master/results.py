@@ -1,4 +1,4 @@
-"""What a run leaves: the recorded variables over time."""
+"""The results of a run: the recorded variables over time."""
 
 from __future__ import annotations
 

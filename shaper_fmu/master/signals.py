@@ -1,4 +1,4 @@
-"""What drives an input from outside: a function of time, a constant, or a table."""
+"""External signals that drive an input: a function of time, a constant, or a table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Running a system: live instances, stepped by the compiled loop.
+"""Runs a system: live instances, stepped by the compiled loop.
 
 A run initializes the instances, then steps them with one of the algorithms of `master/algorithms.py`, and records the
 chosen variables. With exact events (the default) steps end where an output announces an event (an output called

@@ -1,4 +1,4 @@
-"""Control of the step size by Richardson extrapolation: each step is taken once whole and once as two halves.
+"""Controls the step size by Richardson extrapolation: each step is taken once whole and once as two halves.
 
 The difference of both estimates the error of a method of first order, as the coupling algorithms are while inputs are held
 (Schierz, Arnold and Clauss 2012), or of second order while they are linear. A step whose error is too large is taken back

@@ -1,4 +1,4 @@
-"""Steps that are long for what is in a system: told before somebody believes the numbers.
+"""Notes on steps that are long compared with the system's periods and durations.
 
 Held over a step, a smooth command becomes a staircase, whose error goes with the square of the step: at ten steps a move about
 2 % of residual vibration (docs/coupling.md, "Profiles": 2.9e-6 at 800). On the grid, edges are moved by up to a step: at ten steps

@@ -1,4 +1,4 @@
-"""The structure of a system: named FMUs, their start values, and what feeds their inputs."""
+"""The structure of a system: named FMUs, their start values, and the sources of their inputs."""
 
 from __future__ import annotations
 

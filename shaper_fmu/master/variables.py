@@ -1,4 +1,4 @@
-"""Variables of FMUs: what their values are, and the elements of FMI 3.0's arrays."""
+"""The variables of FMUs: the types of their values, and the elements of FMI 3.0's arrays."""
 
 from __future__ import annotations
 

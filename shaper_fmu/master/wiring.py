@@ -1,4 +1,4 @@
-"""The order of things in a system: which instance goes first, and loops without delay."""
+"""The execution order of a system's instances, and its loops without delay."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finding the records of methods: in the files of a package, and in the modules that entry points name."""
+"""Finds the records of methods: in the files of a package, and in the modules that entry points name."""
 
 from __future__ import annotations
 

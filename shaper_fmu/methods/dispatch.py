@@ -1,4 +1,4 @@
-"""The text of a module made from methods: their enumeration, and functions that ask the method of a kind.
+"""Generates the source of a module from methods: their enumeration, and functions that dispatch to a kind's method.
 
 The functions are chains of ifs, which run as plain Python, compile, and are packed into FMUs, as any other source:
 

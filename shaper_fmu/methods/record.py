@@ -1,4 +1,4 @@
-"""What a method tells about itself, whatever it is a method of."""
+"""The common part of every method's record."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a metric tells about itself: a class in a file of its own.
+"""The base class of metrics: each metric is a class in its own file, and declares itself.
 
 The compiled loop sees every macro step and both sides of every event, and gathers a few numbers of each run (`GATHERED`); a metric
 says of which variables and in which way (`Needs`), and makes its value of them.

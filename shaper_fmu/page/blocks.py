@@ -1,4 +1,4 @@
-"""A report: one self-contained HTML page, and a picture of each figure beside it."""
+"""Writes a report: one self-contained HTML page, and a picture of each figure beside it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures for the page: plotly."""
+"""Draws figures for the page with plotly."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures as pictures: matplotlib, without a display."""
+"""Draws figures as pictures with matplotlib, without a display."""
 
 from __future__ import annotations
 

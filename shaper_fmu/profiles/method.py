@@ -1,4 +1,4 @@
-"""What a profile tells about itself."""
+"""The record by which a profile declares itself."""
 
 from __future__ import annotations
 

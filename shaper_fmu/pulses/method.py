@@ -1,4 +1,4 @@
-"""What a pulse design tells about itself."""
+"""The record by which a pulse design declares itself."""
 
 from __future__ import annotations
 

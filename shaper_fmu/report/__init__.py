@@ -1,1 +1,1 @@
-"""Reports: tables, pictures, pages."""
+"""Writes reports with tables and figures."""

@@ -1,4 +1,4 @@
-"""Reports of designed commands: their numbers, their figures of merit, their sensitivity curves."""
+"""Reports of designed commands: numbers, figures of merit, sensitivity curves."""
 
 from __future__ import annotations
 

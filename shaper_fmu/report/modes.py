@@ -1,4 +1,4 @@
-"""Reports of a selection of modes: all sets, the chosen one, its impulses, its response."""
+"""Reports of a mode selection: all sets of modes, the chosen one, its impulses and its response."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report of one run: time responses, one figure for each unit."""
+"""The report of one run: time responses, with one figure per unit."""
 
 from __future__ import annotations
 

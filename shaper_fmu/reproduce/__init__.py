@@ -1,4 +1,4 @@
-"""The papers' results, run again through the FMUs: one module a paper, each with `reproduce(update) -> Reproduction`.
+"""Repeats the studies of papers with the FMUs: one package per paper, each with `reproduce(update) -> Reproduction`.
 
 A module builds its systems from the components' FMUs, runs them, and gives every claim of its paper a verdict. All numbers
 come from these runs; formulas stand beside them only for comparison. `NAMES` are the names on the command line; the module

@@ -1,4 +1,4 @@
-"""Runs that several papers share: a command's FMUs on an oscillator's FMU, again and again, for what is left."""
+"""Runs that several papers share: the residual vibration of a command's FMUs on an oscillator's FMU."""
 
 from __future__ import annotations
 

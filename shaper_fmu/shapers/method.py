@@ -1,4 +1,4 @@
-"""What a shaper tells about itself."""
+"""The record by which a shaper declares itself."""
 
 from __future__ import annotations
 

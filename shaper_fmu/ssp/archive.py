@@ -1,4 +1,4 @@
-"""SSP archives as systems that run, and folders as archives."""
+"""Loads SSP archives as systems that run, and folders as archives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Checking SSP archives: what reading them finds, and what only a run or another tool would. All at once, with file and line.
+"""Checks SSP archives: reports the findings of reading them, and those of a run, with file and line.
 
 What is checked, and its words, is listed in docs/checking.md.
 """

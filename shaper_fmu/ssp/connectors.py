@@ -1,4 +1,4 @@
-"""The connectors of a description's elements, against each other, their FMUs and their dictionaries."""
+"""Checks the connectors of a description's elements against each other, their FMUs and their dictionaries."""
 
 from __future__ import annotations
 

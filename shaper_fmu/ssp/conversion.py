@@ -1,4 +1,4 @@
-"""Unit conversions and transformations, of numbers that flow and of parameters.
+"""Unit conversions and transformations, for signals and for parameters.
 
 The standard's order: a value is converted to the target's unit first (unless that is suppressed), and transformed then.
 """

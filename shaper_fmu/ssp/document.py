@@ -1,4 +1,4 @@
-"""What SSP files say, as plain data: system structures (.ssd), parameter sets (.ssv), mappings (.ssm), dictionaries (.ssb).
+"""The content of SSP files as plain data: system structures (.ssd), parameter sets (.ssv), mappings (.ssm), dictionaries (.ssb).
 
 Versions 1.0 and 2.0 of the standard share these classes. Nothing is resolved here: names, units and paths are as found.
 What has no field of its own (geometry, metadata, signatures, content that the standard does not know) is kept as text and

@@ -1,4 +1,4 @@
-"""Parts that all SSP files share: elements and what is kept of them, units, enumerations, types, transformations."""
+"""The parts that all SSP files share: elements with foreign content, units, enumerations, types, transformations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Systems built in Python as SSP archives, and start values as parameter sets."""
+"""Writes systems built in Python as SSP archives, and start values as parameter sets."""
 
 from __future__ import annotations
 

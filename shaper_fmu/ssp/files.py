@@ -1,4 +1,4 @@
-"""The files of an archive: which one a source names, and what is in it, validated by the standard's schemas."""
+"""The files of an archive: resolves the file that a source names, and validates its content by the standard's schemas."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is found in an archive, each in its words, with file and line, and what follows from it."""
+"""The findings of an archive: message, file and line, and their weight."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A system that was read from an SSP archive: the system that runs, and the names that the archive gives to its parts."""
+"""A system that was read from an SSP archive: the system that runs, and the archive's names for its parts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loops of direct feedthrough, as far as the FMUs declare which outputs depend on which inputs."""
+"""Finds loops of direct feedthrough, as far as the FMUs declare which outputs depend on which inputs."""
 
 from __future__ import annotations
 

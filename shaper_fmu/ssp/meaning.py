@@ -1,4 +1,4 @@
-"""What a value is: its kind, its unit and its items; by an SSP file's declarations, and by an FMU's."""
+"""The meaning of a value (kind, unit and items), from the declarations of an SSP file or of an FMU."""
 
 from __future__ import annotations
 

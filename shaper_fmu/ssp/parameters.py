@@ -1,4 +1,4 @@
-"""Parameter bindings: which value each variable of each component gets, and from where.
+"""Resolves parameter bindings: which value each variable of each component gets, and from where.
 
 The standard's rules, as they are followed here:
 

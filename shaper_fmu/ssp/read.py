@@ -1,4 +1,4 @@
-"""Reading SSP files, versions 1.0 and 2.0, as the classes of document.py.
+"""Reads SSP files, versions 1.0 and 2.0, into the classes of document.py.
 
 Reading is lenient where no meaning is lost: the order of elements is free, and what is unknown is kept as it is. Where
 meaning would be lost (a missing name, a number that is none) it is a ModelError with every such place, by file and line.

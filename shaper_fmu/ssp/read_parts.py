@@ -1,4 +1,4 @@
-"""Reading the parts that all SSP files share, with every problem by file and line."""
+"""Reads the parts that all SSP files share, and reports every problem with file and line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A description of an archive as a system: every name, file, direction, unit and value in it, and all that is wrong.
+"""Resolves a description of an archive to a system: names, files, directions, units and values, with all findings.
 
 `check` prints the findings, reading an archive raises those that stop it, and what is resolved here is what runs.
 """

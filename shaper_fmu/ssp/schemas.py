@@ -1,4 +1,4 @@
-"""Validation by the schemas of the SSP standard, versions 1.0 and 2.0, which lie in the folder schema/; offline.
+"""Validates files offline by the schemas of the SSP standard, versions 1.0 and 2.0, in the folder schema/.
 
 One schema holds the five formats, so that a parameter set, a mapping or a dictionary inside a description is validated, too,
 where the description's own schema lets any content pass.

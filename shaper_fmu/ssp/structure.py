@@ -1,4 +1,4 @@
-"""From nested systems to one level: every element of a description under its path ("sub.inner"), with its FMU or dictionary.
+"""Flattens nested systems: every element of a description under its path ("sub.inner"), with its FMU or dictionary.
 
 Components that are other system structures (.ssd files of the same archive, "#id" of the same file, archives) are put in as the
 systems that they are. What is wrong with names, sources, connectors and dictionaries is told on the way.

@@ -1,4 +1,4 @@
-"""The system that users build: the master's, which can be written as an archive."""
+"""The public class `System`: the master's system, which can also be written as an archive."""
 
 from __future__ import annotations
 

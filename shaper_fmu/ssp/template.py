@@ -1,4 +1,4 @@
-"""A system to begin with: a reference, the input shaper, and somebody's plant."""
+"""Writes a system to start from: a reference, an input shaper and the user's plant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Laying the wires of a flattened system: both ends are there, values flow one way, and each end has one source.
+"""Lays the wires of a flattened system: checks that both ends exist, that signals flow one way, and that each has one source.
 
 Which way they flow is what an FMU says of its variables, and the file of its other connectors. What the standard's table of
 connections does not have is told, but stops nothing as long as values can flow; so are types and units that do not fit, until they

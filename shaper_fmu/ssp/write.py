@@ -1,4 +1,4 @@
-"""Writing SSP files from the classes of document.py: what is read again means the same, and nothing is lost.
+"""Writes SSP files from the classes of document.py; reading them again gives the same content.
 
 Elements come in the standard's order and with its own prefixes (ssd:, ssc:, ...), which some readers want; what was kept as text
 is written as it was. The version is the file's own: what version 1.0 does not know should not be in a file of version 1.0.

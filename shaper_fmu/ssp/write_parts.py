@@ -1,4 +1,4 @@
-"""Writing the parts that all SSP files share."""
+"""Writes the parts that all SSP files share."""
 
 from __future__ import annotations
 

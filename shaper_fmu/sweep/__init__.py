@@ -1,1 +1,1 @@
-"""Robustness sweeps: study, store, engine."""
+"""Robustness sweeps: study, engines and store."""

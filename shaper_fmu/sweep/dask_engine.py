@@ -1,4 +1,4 @@
-"""Sweeps on a Dask cluster: each task is a chunk of runs, done by worker processes of ours on the cluster's machines.
+"""Runs sweeps on a Dask cluster: each task is a chunk of runs, done by our worker processes on the cluster's machines.
 
 A run that crashes or hangs costs one of these processes, as on one machine. A Dask worker that is lost has its chunks done
 elsewhere; what they had not told is done again, and nothing counts twice.

@@ -1,4 +1,4 @@
-"""Running a sweep: what the store does not hold yet, by an engine; refinement; the store's system."""
+"""Runs a sweep: the runs that the store lacks, by an engine; the refinement; and the system of a store."""
 
 from __future__ import annotations
 

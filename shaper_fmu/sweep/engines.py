@@ -1,4 +1,4 @@
-"""Engines: who does the runs of a sweep. All give the same outcomes, to the bit, in an order of their own."""
+"""The engines that do the runs of a sweep. All give the same outcomes, bit for bit, in any order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A sweep's runs as a table: CSV, Parquet, or an xarray.Dataset."""
+"""Exports a sweep's runs as a table: CSV, Parquet, or an xarray.Dataset."""
 
 from __future__ import annotations
 

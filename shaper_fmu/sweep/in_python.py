@@ -1,4 +1,4 @@
-"""A sweep over a system that was built in Python, without a file written by hand."""
+"""Sweeps a system that was built in Python, without a study file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a worker needs to know of a sweep, and the runs that it does with it."""
+"""The job that a worker gets of a sweep, and the runs that it does with it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plan of a study: which runs there are, in a fixed order, without a list of them."""
+"""The plan of a study: all runs in a fixed order, computed on demand and not as a list."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A point of a sweep as a parameter set for its system."""
+"""Writes a point of a sweep as a parameter set for its system."""
 
 from __future__ import annotations
 

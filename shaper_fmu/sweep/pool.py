@@ -1,4 +1,4 @@
-"""Worker processes of a sweep: fed, listened to, replaced when an FMU has killed one or hangs.
+"""Worker processes of a sweep: feeds them, reads their answers, and replaces one that an FMU has killed or that hangs.
 
 What a killed worker has not told is done again. The run it was at is tried once more in a fresh process; a run that kills a
 second time is quarantined: it counts as failed, with the reason. A worker whose answers cannot be read, or are to runs that it

@@ -1,4 +1,4 @@
-"""Refinement: where a metric crosses a level between two neighbours of a grid, points in between."""
+"""Refinement: adds points where a metric crosses a level between two neighbours of a grid."""
 
 from __future__ import annotations
 

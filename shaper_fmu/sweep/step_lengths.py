@@ -1,4 +1,4 @@
-"""A communication step that is long for some of a sweep's runs: the shortest duration and the highest frequency count."""
+"""Notes on a communication step that is long for some runs: compares the shortest duration and the highest frequency."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The store of a sweep: one SQLite file with the study, what became of each run, and where the numbers come from.
+"""The store of a sweep: one SQLite file with the study, the outcome of each run, and the provenance.
 
 Table "run" has a row for each run that was done or has failed: its case, the varied values (columns of their names), status,
 metrics (columns of their names), reason, seconds and how often it was tried. What is planned follows from the study, and from

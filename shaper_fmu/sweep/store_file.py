@@ -1,4 +1,4 @@
-"""The file of a store: its lock, how it is opened to read on any medium, and words for what SQLite says of it."""
+"""The file of a store: its lock, opening it for reading on any medium, and messages for SQLite's errors."""
 
 from __future__ import annotations
 

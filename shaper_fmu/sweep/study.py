@@ -1,4 +1,4 @@
-"""The study: what varies, what is compared, what is measured. A TOML file, read strictly, or the same in Python."""
+"""The study: varied values, cases and metrics, from a TOML file that is read strictly, or from Python."""
 
 from __future__ import annotations
 

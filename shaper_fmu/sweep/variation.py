@@ -1,4 +1,4 @@
-"""What varies in a study: the values of one start value, on a grid or by a distribution."""
+"""The variation of one start value in a study: values on a grid or from a distribution."""
 
 from __future__ import annotations
 

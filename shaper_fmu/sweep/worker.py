@@ -1,4 +1,4 @@
-"""The worker process of a sweep: takes tasks from its standard input, and sends their outcomes."""
+"""The worker process of a sweep: reads tasks from its standard input, and sends their outcomes."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""From a plant to what a shaper needs to know of it: experiments on FMUs, and measured responses."""
+"""Tunes shapers for plants: identifies modes by experiments on FMUs or from measured responses, and chooses a shaper."""

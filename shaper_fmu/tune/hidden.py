@@ -1,4 +1,4 @@
-"""How large a mode may be that noise hides: a bound for the modes found says nothing of it."""
+"""A bound on the share of a mode that the noise may hide, which the bounds for the modes found do not cover."""
 
 from __future__ import annotations
 

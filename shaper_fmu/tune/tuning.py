@@ -1,4 +1,4 @@
-"""What a tuning has found: the modes of a plant, a shaper for them, and what that does on the plant."""
+"""The result of a tuning: the modes of a plant, a shaper for them, and its verification."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a measured response to a tuned shaper."""
+"""Tunes a shaper from a measured response."""
 
 from __future__ import annotations
 

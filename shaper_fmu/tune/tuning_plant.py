@@ -1,4 +1,4 @@
-"""From a plant to a tuned shaper: identify its modes, choose a shaper, verify it on the plant; or say why that cannot be."""
+"""Tunes a shaper for a plant: identifies its modes, chooses a shaper, and verifies it on the plant."""
 
 from __future__ import annotations
 

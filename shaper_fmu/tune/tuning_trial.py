@@ -1,4 +1,4 @@
-"""The recommended shaper tried on the plant, and a tighter requirements where the plant is not quite its modes."""
+"""Verifies the recommended shaper on the plant, and tightens the requirements if the plant leaves a little too much."""
 
 from __future__ import annotations
 

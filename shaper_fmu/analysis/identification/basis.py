@@ -1,4 +1,4 @@
-"""Models of a free response: which poles it has, and the functions of time that belong to them."""
+"""Models of a free response: its poles, and the time functions that belong to them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From where on a response is free, told by itself: the modes seen from there on are those that later beginnings show.
+"""Finds the time from which a response is free, by comparing the modes of different beginnings.
 
 Before the end of the excitation a sum of decaying exponentials can follow the motion, too, down to the noise; but its poles are of
 no machine, and move when one begins later. A mode is confirmed where a beginning half of its period (or, if that is

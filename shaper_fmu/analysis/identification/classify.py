@@ -1,4 +1,4 @@
-"""From fitted poles to modes and other poles, each with its uncertainty."""
+"""Classifies fitted poles as modes or other poles, each with its uncertainty."""
 
 from __future__ import annotations
 

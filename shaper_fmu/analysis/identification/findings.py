@@ -1,4 +1,4 @@
-"""Findings of an identification in words, and which of them speak against it."""
+"""Writes the findings of an identification, and decides which of them contradict it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which poles a response has: singular values bound their number, the Bayesian information criterion decides.
+"""Selects the poles of a response: singular values bound their number, the Bayesian information criterion decides.
 
 A pole stays if leaving it out makes the criterion worse; what the residual still shows is added, as long as that makes it better.
 """

@@ -1,4 +1,4 @@
-"""Free responses as they come: samples of outputs at equal distances, checked, and scaled for the fit."""
+"""Checks free responses (samples at equal intervals) and scales them for the fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an identification gives: modes, other poles, and findings in words."""
+"""The result of an identification: modes, other poles and findings."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Linear programmes for impulse sequences, and what makes their solutions exact."""
+"""Linear programmes for impulse sequences, and the methods that refine their solutions to exact ones."""

@@ -1,4 +1,4 @@
-"""Shortest duration of a positive shaper on a grid of impulse times: linear programmes with exchanged constraints.
+"""The shortest positive shaper on a grid of impulse times, by linear programmes with constraint exchange.
 
 For a duration D the least s is sought for which amplitudes A >= 0, sum A = 1, on the grid satisfy
 Re(exp(-j phase) S(w)) <= s tolerance for the constraints (w, phase) known so far; at the largest violations of V = |S| over

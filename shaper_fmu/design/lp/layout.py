@@ -1,4 +1,4 @@
-"""Impulses as the unknowns of a linear programme: bands to suppress, and how amplitudes and times make the response.
+"""Impulses as the unknowns of a linear programme: bands to suppress, and the response as a function of amplitudes and times.
 
 The response of a mode (w, zeta) is S(w) = sum_i A_i exp(zeta w (t_i - D)) exp(j wd t_i), wd = w sqrt(1 - zeta^2), where D is
 the duration; the residual vibration of Singer and Seering 1990 is V = |S|. S is linear in the amplitudes; the times are

@@ -1,4 +1,4 @@
-"""From impulses on a grid to the shortest exact ones: successive linear programmes, then Newton on the active constraints.
+"""Refines impulses on a grid to the shortest exact ones: successive linear programmes, then Newton's method.
 
 The unknowns are those of a layout: amplitudes, free times, and the duration D as the last one. Constraints g(x) <= 0 are
 linearised at their local maxima; each linear programme minimises D + penalty * violation within a trust region that shrinks

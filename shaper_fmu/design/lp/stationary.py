@@ -1,4 +1,4 @@
-"""The exact optimum near a sequence of impulses: Newton's method on the conditions of optimality.
+"""The exact optimum near a sequence of impulses, by Newton's method on the optimality conditions.
 
 Successive linear programmes (polish) crawl where an optimum is no vertex, with fewer local maxima of V at the tolerance than
 unknowns, and curvature decides. Here the conditions themselves are solved (Karush, Kuhn and Tucker): with g_i = V / tolerance - 1

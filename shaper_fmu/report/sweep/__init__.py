@@ -1,1 +1,1 @@
-"""The report of a sweep: one file a figure."""
+"""The report of a sweep, with one file per figure."""

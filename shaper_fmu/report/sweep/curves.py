@@ -1,4 +1,4 @@
-"""Robustness curves of a sweep over each varied value, and the insensitivity that is read off them."""
+"""Robustness curves of a sweep over each varied value, and the insensitivity read from them."""
 
 from __future__ import annotations
 

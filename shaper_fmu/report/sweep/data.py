@@ -1,4 +1,4 @@
-"""A sweep's store as arrays: what the parts of its report draw on."""
+"""Reads a sweep's store into arrays for the parts of its report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Up to which level a metric is tolerated, and the values that are held against it."""
+"""The tolerated level of a metric, and the values that are compared with it."""
 
 from __future__ import annotations
 

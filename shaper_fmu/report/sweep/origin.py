@@ -1,4 +1,4 @@
-"""What went wrong in a sweep, and where its numbers come from."""
+"""Failures and provenance of a sweep."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What robustness costs: the command's duration against the worst metric over the varied range."""
+"""The trade-off between the command's duration and the worst metric over the varied range."""
 
 from __future__ import annotations
 

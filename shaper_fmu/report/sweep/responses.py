@@ -1,4 +1,4 @@
-"""Time responses of a sweep, run again: every case at the nominal values, and in its worst run by each metric."""
+"""Time responses of a sweep, simulated again: each case at the nominal values, and in its worst run by each metric."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sampled sweeps: distributions, yield, and which varied value a metric depends on."""
+"""Sampled sweeps: distributions, yield, and the sensitivity of a metric to each varied value."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The report of a tuned shaper, and all that `tune` writes."""
+"""The report of a tuning, and all other files that `tune` writes."""

@@ -1,4 +1,4 @@
-"""The choice of a tuning: sensitivity of the shapers, what delay buys, what else there is."""
+"""The choice of a tuning: sensitivity of the shapers, trade-off between delay and residual, alternatives."""
 
 from __future__ import annotations
 

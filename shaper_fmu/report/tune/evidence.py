@@ -1,4 +1,4 @@
-"""What a tuning's modes come from: the free response that was identified, its spectrum, and how well the modes explain it."""
+"""The evidence for a tuning's modes: the identified free response, its spectrum, and the quality of the fit."""
 
 from __future__ import annotations
 

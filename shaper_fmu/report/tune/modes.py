@@ -1,4 +1,4 @@
-"""The modes of a tuning as tables: how sure they are, how far they vary, what else was found."""
+"""Tables of a tuning's modes: their uncertainties, their ranges, and other poles."""
 
 from __future__ import annotations
 

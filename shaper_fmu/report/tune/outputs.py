@@ -1,4 +1,4 @@
-"""What a tuning leaves on the disk: the shaper as an FMU and a parameter set, the shaped plant as an archive, report, numbers."""
+"""Writes the files of a tuning: the shaper as an FMU and a parameter set, the shaped plant as an archive, report, numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What simulations of the plant behind the shaper have shown: responses before and after, and the verification."""
+"""Simulations of the plant with the shaper: responses before and after, and the verification."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report of a tuning: what is recommended, from which evidence, and how it holds on the plant."""
+"""The report of a tuning: the recommendation, its evidence, and its verification on the plant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What Jung (2011) says, beside what the FMUs gave. Claims in the paper's order.
+"""The claims of Jung (2011), in the paper's order, with the results of the FMUs.
 
 Where a claim speaks of the first or second mode it is tried as printed (3.85 rad/s is the first) and with the labels swapped.
 """

@@ -1,4 +1,4 @@
-"""Jung (2011): which modes of a chain of three masses must be shaped, through the FMUs; and the closed loop's modes, chosen.
+"""Jung (2011): selects the modes of a chain of three masses that must be shaped, and the closed loop's modes.
 
 The paper prints neither masses nor gains. The chain's defaults have the modes of its eq. (11), and with the gains of
 `partial_modes_runs.GAINS` its conclusion holds as far as it can: only with the labels of the two modes swapped.

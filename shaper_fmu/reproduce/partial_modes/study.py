@@ -1,4 +1,4 @@
-"""What is run for Jung (2011), gathered for the claims and the figures."""
+"""Runs everything for Jung (2011), for the claims and the figures."""
 
 from __future__ import annotations
 

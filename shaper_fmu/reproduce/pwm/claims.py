@@ -1,4 +1,4 @@
-"""What Taskin, Kilic and Kapucu (2019) say, beside what the FMUs gave. Claims in the paper's order."""
+"""The claims of Taskin, Kilic and Kapucu (2019), in the paper's order, with the results of the FMUs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Everything that is run for Taskin, Kilic and Kapucu (2019), in one go."""
+"""Runs everything for Taskin, Kilic and Kapucu (2019)."""
 
 from __future__ import annotations
 

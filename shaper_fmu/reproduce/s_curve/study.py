@@ -1,4 +1,4 @@
-"""All that is run for the paper on the smooth S-curve, as numbers."""
+"""Runs everything for the paper on the smooth S-curve, and returns numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs for Kilic and Kapucu (2011): the commands on an oscillator, on a pendulum, and on the hydraulic arm, all of them FMUs.
+"""Runs for Kilic and Kapucu (2011): the commands on FMUs of an oscillator, a pendulum and the hydraulic arm.
 
 The oscillator holds the command over steps of h = T / 2000, so that it comes h / 2 late: 1e-4 of V, by the damping; the rest
 of the error is O(h^2) and leaves less than 1e-6 at the designed frequency.

@@ -1,4 +1,4 @@
-"""All that is run for Kilic and Kapucu (2011), as numbers."""
+"""Runs everything for Kilic and Kapucu (2011), and returns numbers."""
 
 from __future__ import annotations
 

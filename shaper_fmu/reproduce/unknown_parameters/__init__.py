@@ -1,1 +1,1 @@
-"""Pulses and shapers on plants that are not what they were designed for."""
+"""Pulses and shapers on plants that differ from the model they were designed for."""

@@ -1,4 +1,4 @@
-"""Commands on a plant whose natural frequency and damping ratio are both not those they were designed for, through the FMUs.
+"""Commands on a plant whose natural frequency and damping ratio both differ from the design, with the FMUs.
 
 The papers vary the frequency, or announce to vary the damping: Kilic and Kapucu (2011) ask how their two-part command bears a
 wrong damping, Ozokutan et al. (2025) want damping in their profile, Taskin, Kilic and Kapucu (2019) say that neither need be

@@ -1,1 +1,1 @@
-"""The choice of a shaper: candidates, what each may leave, and the reasons."""
+"""The choice of a shaper: candidates, bounds of their residual vibration, and reasons."""

@@ -1,4 +1,4 @@
-"""What a command leaves in a mode's box: a proven bound, and values of F at some points."""
+"""The residual vibration of a command in a mode's box: a proven bound, and values of F at some points."""
 
 from __future__ import annotations
 

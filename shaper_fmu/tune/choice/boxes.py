@@ -1,4 +1,4 @@
-"""What a shaper has to cope with: each mode's range of frequency and damping, and its part of the response."""
+"""The ranges that a shaper has to cover: each mode's box of frequency and damping, and its share of the response."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The shapers that come into question for a plant: every kind on every set of modes, and designs for all modes at once."""
+"""The candidate shapers for a plant: every kind on every set of modes, and designs for all modes at once."""
 
 from __future__ import annotations
 

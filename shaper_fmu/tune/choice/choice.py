@@ -1,4 +1,4 @@
-"""The choice of a shaper: what each one costs in time and leaves of the vibration, and which one to take.
+"""Chooses a shaper: compares the delay and the residual vibration of all candidates, and recommends one.
 
 What each candidate leaves is bounded in shaper_fmu/tune/choice/search.py; here the shortest one that fits is recommended.
 """

@@ -1,4 +1,4 @@
-"""A choice in words: why this shaper, or what would have to change so that one fits."""
+"""The reasons for a choice, or the changes with which a candidate would fit."""
 
 from __future__ import annotations
 

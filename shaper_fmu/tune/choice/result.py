@@ -1,4 +1,4 @@
-"""What a choice has found, and which candidates fit."""
+"""The result of a choice, and the test whether a candidate fits the requirements."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The modes of a plant: from experiments with its FMU, its linearization, or a measured response."""
+"""Identifies the modes of a plant: by experiments on its FMU, by linearization, or from a measured response."""

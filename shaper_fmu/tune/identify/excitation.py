@@ -1,4 +1,4 @@
-"""Excitations: what is done to the input, as tables of held values."""
+"""Excitations of the input, as tables of held values."""
 
 from __future__ import annotations
 

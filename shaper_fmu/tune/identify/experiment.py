@@ -1,4 +1,4 @@
-"""Identification of a plant by experiments on its FMU: excite, listen, look closer, again at other operating points."""
+"""Identifies a plant by experiments on its FMU: a survey, then refined experiments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Modes that an experiment has found beside those of the FMU's linearization: do they agree, and if not, where?"""
+"""Compares the modes of an experiment with those of the FMU's linearization."""
 
 from __future__ import annotations
 

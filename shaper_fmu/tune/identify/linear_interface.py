@@ -1,4 +1,4 @@
-"""What of an FMU's interface serves to linearize it: its states, directional derivatives, and an instance at a point."""
+"""The parts of an FMU's interface that a linearization needs: states, directional derivatives, an instance at a point."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Linearization of a plant's FMU at an operating point: by its directional derivatives, or by differences in Model Exchange.
+"""Linearizes a plant's FMU at an operating point, by directional derivatives or by differences in Model Exchange.
 
 It is no identification: it sees what the FMU says of its states, where an experiment sees what its outputs do.
 """

@@ -1,4 +1,4 @@
-"""A plant to experiment with: an FMU, or a system of FMUs, with one input to excite and outputs to look at."""
+"""A plant for experiments: an FMU, or a system of FMUs, with one input to excite and outputs to record."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Responses to excitations at an operating point: how long it takes to rest, how large an amplitude may be, how short a step."""
+"""Responses to excitations at an operating point: settling time, amplitude in the linear range, step size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs of a plant that begin where it has settled: that is simulated once, and the FMUs' states are restored for each run."""
+"""Runs that begin in a settled state: it is simulated once, and the FMUs' states are restored for each run."""
 
 from __future__ import annotations
 

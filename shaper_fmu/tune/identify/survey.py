@@ -1,4 +1,4 @@
-"""The first, broad look at a plant: which time scales it has."""
+"""The survey: a first, broad experiment that finds the time scales of a plant."""
 
 from __future__ import annotations
 

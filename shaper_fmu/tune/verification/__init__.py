@@ -1,1 +1,1 @@
-"""The chosen shaper before the plant itself."""
+"""Verifies the chosen shaper on the plant itself."""

@@ -1,4 +1,4 @@
-"""The command with which a plant is tried: a step; a pulse or a doublet where the plant would not come to rest after a step."""
+"""The command of the verification: a step, or a pulse or doublet if the plant would not rest after a step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Responses of a plant to a command, with and without the shaper, as they are shown in the report."""
+"""Responses of a plant to a command, with and without the shaper, for the report."""
 
 from __future__ import annotations
 

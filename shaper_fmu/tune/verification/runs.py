@@ -1,4 +1,4 @@
-"""Runs of a plant behind an InputShaper: what a shaped and an unshaped command leave of vibration, by steps short enough."""
+"""Runs of a plant with an InputShaper: measures the residual vibration of the shaped and the unshaped command."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A plant behind an InputShaper: an FMU or a system, with the shaper before its free input."""
+"""A plant with an InputShaper: an FMU or a system, with the shaper in front of its free input."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verification in the loop: the plant behind an InputShaper is simulated over a range of its parameters.
+"""Verification: simulates the plant with an InputShaper over a range of its parameters.
 
 The residual is half the peak-to-peak value of an output from the last change of the command on, for one and a half periods of the
 slowest mode; that of the shaped command over that of the unshaped one is compared with the tolerance. It is measured, not derived:
