@@ -43,7 +43,7 @@ class ArchiveEntry:
     end: int
 
     def unpacked(self, content: bytes, archive: str) -> bytes:
-        """Its content, never more than it told. Raises ArchiveError."""
+        """The entry's content, never more bytes than declared. Raises ArchiveError."""
         packed = content[self.begin : self.end]
         try:
             inflate = zlib.decompressobj(-zlib.MAX_WBITS)
@@ -123,7 +123,7 @@ def _means_nothing(info: zipfile.ZipInfo) -> bool:
 
 
 def _without_copies(infos: list[zipfile.ZipInfo]) -> list[zipfile.ZipInfo]:
-    """The entries without those that are there before under the same name and with the same content, by size and checksum."""
+    """The entries without repetitions of the same name and content, compared by size and checksum."""
     first = {(info.orig_filename, info.file_size, info.CRC): info for info in reversed(infos) if not _is_folder(info)}
     return [info for info in infos if first.get((info.orig_filename, info.file_size, info.CRC), info) is info]
 
@@ -142,7 +142,7 @@ def _check_kind(archive: str, info: zipfile.ZipInfo) -> None:
 
 
 def _check_apart(archive: str, infos: list[zipfile.ZipInfo]) -> None:
-    """Every file has a name of its own, also where capitals or accents do not count; no file is a folder."""
+    """Check that every file has its own name, also without regard to capitals or accents, and that no file is a folder."""
     files: dict[str, str] = {}
     for name in (_plain(info) for info in infos if not _is_folder(info)):
         other = files.setdefault(_folded(name), name)
@@ -176,7 +176,7 @@ def _folded(name: str) -> str:
 
 
 def _entry(content: bytes, archive: str, info: zipfile.ZipInfo) -> ArchiveEntry:
-    """The entry, whose own header before its bytes must tell what the central directory tells."""
+    """The entry; its own header before its bytes must agree with the central directory."""
     message = f"{archive}: not a readable archive: entry {info.filename!r}"
     try:
         signature, _, flags, method, _, _, _, packed, size, name, extra = _LOCAL.unpack_from(content, info.header_offset)

@@ -71,7 +71,7 @@ def read_archive(content: bytes, name: str) -> dict[str, bytes]:
 
 
 def archive_findings(content: bytes, name: str) -> list[str]:
-    """What is not to the standard in an archive that is read all the same. Raises ArchiveError if it is not."""
+    """Deviations from the standard in an archive that is read all the same. Raises ArchiveError if it is not read."""
     archive_entries(content, name)
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         names = Counter(info.orig_filename for info in archive.infolist() if not info.is_dir())
@@ -101,7 +101,7 @@ def extract_archive(content: bytes, name: str, folder: Path) -> None:
 
 
 def _remove(folder: Path, written: list[Path], existed: bool) -> None:
-    """Take back what was extracted: the folder itself if it is new, else the files and the folders left empty."""
+    """Remove what was extracted: the folder itself if it is new, otherwise the files and the folders that are empty then."""
     if not existed:
         shutil.rmtree(folder, ignore_errors=True)
         return
@@ -113,7 +113,7 @@ def _remove(folder: Path, written: list[Path], existed: bool) -> None:
 
 
 def _check_nested(files: dict[str, bytes], name: str) -> None:
-    """Judge a system's archive by what its archives tell: bytes unpacked in all, and systems in systems in systems."""
+    """Check a system's archive by the declarations of its archives: total size unpacked, and nested systems."""
     size = 0
     for inner, content in files.items():
         suffix = PurePosixPath(inner).suffix.lower()

@@ -57,7 +57,7 @@ def time_rounding(t: float, h: float) -> float:
 
 
 def time_tolerance(m: Component, t: float, h: float) -> float:
-    """What a kernel adds to t + h to tell which events are reached [s]; negative while values from the left are asked for."""
+    """The tolerance with which a kernel decides whether an event at t + h is reached [s]; negative while left limits are requested."""
     return -time_rounding(t, h) if m.left_limits else time_rounding(t, h)
 
 
@@ -103,7 +103,7 @@ class Variable:
         self.starts = [self._started(value) for value in given]
 
     def _started(self, value: Any) -> Any:
-        """A start value in the variable's type, if that is what it is."""
+        """A start value in the variable's type, if it has that type."""
         try:
             converted = self.kind(value)
             if not isinstance(value, str | bytes) and (self.kind is float or converted == value):
@@ -182,7 +182,7 @@ class Variable:
         return f"{high} {self.max:g}" if self.max is not None else ""
 
     def problem(self, label: str, value: Scalar) -> str | None:
-        """What is wrong with `value` for the element named `label`, or None."""
+        """The reason why `value` is invalid for the element named `label`, or None."""
         unit = f" {self.unit}" if self.unit else ""
         if issubclass(self.kind, enum.IntEnum):
             if value not in self.kind._value2member_map_:

@@ -18,7 +18,7 @@ from shaper_fmu.page.blocks import Table
 
 
 class PlainConsole(Console):
-    """A console without markup, emoji codes and highlighting, which breaks no words."""
+    """A console without markup, emoji codes and highlighting, which never breaks words."""
 
     def __init__(self, **options: Any):
         super().__init__(highlight=False, markup=False, emoji=False, **options)
@@ -27,7 +27,7 @@ class PlainConsole(Console):
 
     @property
     def breaks_lines(self) -> bool:
-        """Whether it is a terminal: not what `is_terminal` says, which FORCE_COLOR makes true of a pipe."""
+        """Whether it is a terminal. FORCE_COLOR makes `is_terminal` true for a pipe, so that is not used."""
         return self.file.isatty()
 
     def print(self, *objects: Any, **options: Any) -> None:
@@ -70,12 +70,12 @@ def _text(cell: str, styles: Mapping[str, str] | None = None) -> Text:
 
 
 def _frame(columns: int) -> int:
-    """What lines and spaces take of the width of a table with so many columns."""
+    """Width of the lines and spaces of a table with so many columns."""
     return 3 * columns + 1
 
 
 def _widths(rows: list[list[Text]], room: int | None) -> list[int] | None:
-    """Widths of the columns in a table that takes `room` at most, in which no word is broken; None if there are no such.
+    """Widths of the columns of a table within `room` in which no word is broken; None if that is impossible.
 
     Columns that need less than an equal share of the room beyond their longest words get what they need.
     """

@@ -10,7 +10,7 @@ from pathlib import Path
 
 @contextmanager
 def draft_of(path: Path) -> Iterator[Path]:
-    """A file beside `path` to write into; at the end it takes the place of `path`, and after an error it is gone.
+    """A temporary file beside `path` to write into; at the end it replaces `path`, and after an error it is removed.
 
     Missing folders are made. Its name is always the same: what a killed process has left is written over.
     """

@@ -12,7 +12,7 @@ class ShaperFmuError(Exception):
 
 
 class UsageError(ShaperFmuError):
-    """What the caller names is not there, and nothing is wrong with where it was looked for; a command exits with 2."""
+    """A name that the caller gave does not exist, and its file is not at fault; a command exits with 2."""
 
 
 class ComponentError(ShaperFmuError):
@@ -48,7 +48,7 @@ class ModelError(ShaperFmuError):
 
 
 class SimulationError(ShaperFmuError):
-    """A run stopped; the text names the FMU, the time and what the FMU said.
+    """A run stopped; the message names the FMU, the time and the FMU's own message.
 
     Attributes:
         results: what was recorded until then, as `Results`; None if the initialization failed.

@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def private_folder(name: str, why: str) -> Path | None:
-    """The user's own folder of this name among the temporary files, told in one line; None if there can be none."""
+    """The user's own folder of this name among the temporary files, reported in one line; None if it cannot be made."""
     user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
     try:
         folder = Path(tempfile.gettempdir()) / f"{name}-{user}"

@@ -76,7 +76,7 @@ def runs_progress(what: str, console: Console) -> Iterator[RunsUpdate]:
 
 
 class _Pace:
-    """The rate of a sweep and the time that it still takes, from what was there at the first call."""
+    """The rate of a sweep and its remaining time, since the first call."""
 
     def __init__(self) -> None:
         self._first: tuple[float, int] | None = None

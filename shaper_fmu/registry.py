@@ -75,7 +75,7 @@ def find_component(name: str) -> type[Component]:
 
 @contextmanager
 def _process_kept() -> Iterator[None]:
-    """What a file may change while it is loaded is put back, and it cannot end the process without a word."""
+    """Restores what a file changes while it is loaded, and reports a file that ends the process."""
     folder, leave = os.getcwd(), os._exit
 
     def refused(status: int = 0) -> NoReturn:

@@ -11,8 +11,7 @@ _NEEDED = ("shaper_fmu", "numba", "numpy", "msgspec")
 
 
 def search_path() -> list[str]:
-    """This process's folders, in another order: those of the standard library first, then those that shaper-fmu and what it
-    needs were loaded from.
+    """This process's module folders, reordered: the standard library first, then the folders of shaper-fmu and its dependencies.
 
     This process has loaded its modules already; in one that begins, a file such as random.py or numpy.py in the working
     folder, or beside a component, would be taken for the module.

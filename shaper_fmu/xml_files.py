@@ -29,7 +29,7 @@ def parse_xml(
     prefixes: Mapping[str, str] | None = None,
     findings: list[str] | None = None,
 ) -> etree._Element:
-    """The root element; its elements know their lines. An `encoding` counts more than the one that the file tells.
+    """The root element; its elements know their lines. An `encoding` overrides the one in the file.
 
     Prefixes that are not declared stand for the namespaces of `prefixes`, or one of their own; that goes to `findings`.
 

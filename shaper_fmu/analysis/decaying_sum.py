@@ -122,6 +122,6 @@ class DecayingSum:
         return np.abs(value) if measure is None else measure * value
 
     def _bounds(self, left: np.ndarray, width: float, values: np.ndarray, at_end: float) -> np.ndarray:
-        """What the measure does not exceed in each interval [left, left + width], from the larger `values` at their ends."""
+        """Upper bounds of the measure in each interval [left, left + width], from the larger `values` at their ends."""
         decay = np.exp(np.multiply.outer(left, self.poles.real))
         return np.minimum(values + width * width / 8.0 * (decay @ self._bend), at_end + decay @ self._size)

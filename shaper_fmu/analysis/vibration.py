@@ -43,7 +43,7 @@ def relative_residual(command: Command, natural_frequency: float, damping_ratio:
 
 
 def grown(v: float, exponent: float) -> float:
-    """v exp(exponent), infinite where it is too large to be told."""
+    """v exp(exponent), infinite if it overflows."""
     if exponent > 700.0:
         return math.inf if v > 0.0 else 0.0
     return v * math.exp(exponent)

@@ -39,7 +39,7 @@ Callback = Callable[[Any], Any]
 
 @contextmanager
 def wrong_usage(hint: str | None = None) -> Iterator[None]:
-    """What is found to be wrong inside is the usage: names and values of the option `hint`, not the work."""
+    """Errors raised inside are wrong usage: names and values of the option `hint`."""
     try:
         yield
     except NoSolutionError:
@@ -49,7 +49,9 @@ def wrong_usage(hint: str | None = None) -> Iterator[None]:
 
 
 def _each(problem: Callable[[Any], str | None], passed: Callback = lambda value: value) -> Callback:
-    """A callback that refuses a value, or any of several, for which `problem` has words; one value becomes what is `passed` on."""
+    """A callback that refuses a value, or any of several, for which `problem` returns a message; a single value is passed on as
+    `passed`.
+    """
 
     def callback(given: Any) -> Any:
         for value in given if isinstance(given, list | tuple) else [given]:
@@ -62,7 +64,7 @@ def _each(problem: Callable[[Any], str | None], passed: Callback = lambda value:
 
 
 def input_file(*endings: str) -> Callback:
-    """Of files that are read: they are there, can be read, and are called as they should, where `endings` are given."""
+    """A callback for input files: they must exist, be readable, and have one of the `endings`, if any are given."""
     return _each(lambda path: _unreadable(path) or _wrong_ending(path, endings))
 
 
@@ -79,7 +81,7 @@ output_folder = _each(lambda path: _unwritable(path, folder=True), absolute)
 
 
 def number(domain: str, holds: Callable[[float], bool], kind: type = float) -> Callback:
-    """A parser of numbers, those for which `holds` is true, which is what `domain` says in words."""
+    """A parser of numbers for which `holds` is true; `domain` describes them in messages."""
 
     def parse(text: str) -> Any:
         try:
@@ -160,7 +162,7 @@ def _missing_package(path: Path) -> str | None:
 
 
 def _unwritable(path: Path, folder: bool) -> str | None:
-    """Why a file or a folder of this path could not be written, judged by what is there of it and its folders."""
+    """The reason why a file or folder of this path could not be written, judged by what exists of it and its folders."""
     try:
         mode = _mode(path)
         if not folder:
@@ -180,7 +182,7 @@ def _unwritable(path: Path, folder: bool) -> str | None:
 
 
 def _mode(path: Path) -> int | None:
-    """What is there; None if nothing is."""
+    """The mode of an existing path; None if there is none."""
     try:
         return os.stat(path).st_mode
     except (FileNotFoundError, NotADirectoryError):

@@ -106,7 +106,7 @@ def _component(name: str) -> type[Component]:
 
 
 def _check(folders: list[str], platforms: list[str], backend: _Backend, fmi: _Fmi) -> None:
-    """Raise BadParameter for what cannot be built, whatever is in the files."""
+    """Raise BadParameter if the FMUs cannot be built, whatever the files contain."""
     from shaper_fmu.export.native.toolchain import platform_named
     from shaper_fmu.ssp.names import DESCRIPTION
 

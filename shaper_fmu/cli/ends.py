@@ -26,12 +26,12 @@ class Terminated(KeyboardInterrupt):
 
 
 def end_message(error: KeyboardInterrupt) -> tuple[str, int]:
-    """What a user reads of an end by a signal, and the exit code."""
+    """The message for an end by a signal, and the exit code."""
     return ("ended by SIGTERM", TERMINATED) if isinstance(error, Terminated) else ("interrupted", INTERRUPTED)
 
 
 class Commands(TyperGroup):
-    """The commands, with words for an end by a signal."""
+    """The group of commands; prints a message when a signal ends one."""
 
     def invoke(self, ctx: Any) -> Any:
         """Do the command."""
@@ -45,7 +45,7 @@ class Commands(TyperGroup):
 
 @contextmanager
 def sigterm_heard() -> Iterator[None]:
-    """In here SIGTERM ends the command in order. Where it is ignored, or somebody else treats it, that stays so."""
+    """Inside, SIGTERM ends the command in order. If SIGTERM is ignored or handled otherwise, nothing changes."""
     in_main_thread = threading.current_thread() is threading.main_thread()
     if sys.platform == "win32" or not in_main_thread or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
         yield
@@ -70,7 +70,7 @@ def sigterm_heard() -> Iterator[None]:
 
 
 def _watch(read_end: int, handled: threading.Event) -> None:
-    """Python hears signals between its own steps alone: an FMU's call that does not come back is not waited for without end."""
+    """Python handles signals only between its own instructions: this ends a process whose FMU call does not return in time."""
     with open(read_end, "rb", buffering=0) as signals:
         while (number := signals.read(1)) and number[0] != signal.SIGTERM:
             pass

@@ -41,7 +41,7 @@ def design_for_modes(path: Path, kinds: list[str], tolerance: float, settling: b
 
 
 def write_plot(path: Path, title: str, blocks: list[Block]) -> None:
-    """Write a page and its pictures, or all figures into one picture, as the path ends; and tell which files."""
+    """Write a page with its pictures, or all figures into one picture, by the path's ending; print which files."""
     from shaper_fmu.page.blocks import write_report
     from shaper_fmu.page.figures import Figure
     from shaper_fmu.page.pictures import write_pictures

@@ -19,7 +19,7 @@ def begin() -> None:
 
 
 def absolute(path: Path) -> Path:
-    """What the user means by a path."""
+    """The path as an absolute one."""
     return _start / path
 
 
@@ -29,7 +29,7 @@ def shown(path: Path) -> Path:
 
 
 def wrote(path: Path, more: str = "", verb: str = "wrote") -> None:
-    """Tell that a file was written. Raises ShaperFmuError if it is not there."""
+    """Print that a file was written. Raises ShaperFmuError if it does not exist."""
     if not path.is_file():
         raise ShaperFmuError(f"{path}: was written, but is not there any more: something else has moved or deleted it")
     out.print(f"{verb} {shown(path)}{more}")

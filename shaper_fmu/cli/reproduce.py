@@ -64,7 +64,7 @@ def _claims(found: Reproduction, title: str = "") -> Table:
 
 
 def tally(found: Reproduction) -> str:
-    """How many claims came out how, in words."""
+    """The number of claims of each verdict, as a text."""
     verdicts = [claim.verdict for claim in found.claims]
     return f"{found.key}: " + ", ".join(f"{verdicts.count(v)} {v}" for v in _STYLES if v in verdicts)
 

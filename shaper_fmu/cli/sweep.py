@@ -88,7 +88,7 @@ def sweep(
 
 
 def _run(planned: Study, target: Path, engine: Engine, retry_failed: bool) -> dict[str, int]:
-    """Run the study; if it is ended by a signal, that signal's exit code, with a word on what is kept."""
+    """Run the study; if a signal ends it, print what is kept, and exit with the signal's exit code."""
     from shaper_fmu.sweep.engine import run_study
 
     counts = [0, 0, 0]

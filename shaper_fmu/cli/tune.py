@@ -210,7 +210,7 @@ def _check_names(
 
 
 def _print_result(found: Tuning) -> None:
-    """Print the modes, what was noticed, and the result."""
+    """Print the modes, the findings and the result."""
     from shaper_fmu.report.tune.evidence import evidence
     from shaper_fmu.report.tune.modes import modes_table
 

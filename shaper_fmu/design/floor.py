@@ -50,7 +50,7 @@ def _shortest(low: float, high: float, tolerance: float, damping_ratio: float) -
 def distance_to_floor(
     sequence: ImpulseSequence, natural_frequency: float, tolerance: float = 0.05, damping_ratio: float = 0.0
 ) -> float | None:
-    """How far above the floor a shaper is: duration / floor - 1 [-]; 0 for a shaper than which none is shorter.
+    """Relative distance of a shaper from the floor: duration / floor - 1 [-]; 0 if no shaper is shorter.
 
     The floor is the shortest duration for the band of frequencies around `natural_frequency` [rad/s] that the sequence itself
     tolerates, V <= tolerance: for a band centred there it is T shortest_duration(sequence.insensitivity(natural_frequency)),

@@ -41,7 +41,7 @@ _CHUNK = 1 << 22
 
 @dataclass(frozen=True)
 class Guarantee:
-    """What is proven of V over a box.
+    """The proven bound of V over a box.
 
     Attributes:
         bound: V is nowhere larger.

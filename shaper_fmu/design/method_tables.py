@@ -31,7 +31,7 @@ def _of_shaper(method: Method) -> list[str]:
 
 
 def _metrics() -> str:
-    """A row a metric: its kind, its keys besides `output`, and what it is."""
+    """A row per metric: its kind, its keys besides `output`, and its meaning."""
     rows = []
     for kind, metric in METRICS.items():
         if metric.__module__.startswith("shaper_fmu."):

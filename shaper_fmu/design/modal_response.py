@@ -61,7 +61,7 @@ class ModalResponse:
         return tuple(sorted(found, key=lambda k: self.natural_frequency[k]))
 
     def remaining(self, shaper: ImpulseSequence) -> np.ndarray:
-        """G_k = sum_i A_i exp(p_k (t_n - t_i)), shape (n,): what is left of each mode at the last impulse t_n."""
+        """G_k = sum_i A_i exp(p_k (t_n - t_i)), shape (n,): the remaining factor of each mode at the last impulse t_n."""
         gone = shaper.duration - np.array(shaper.delays)
         return np.exp(np.multiply.outer(self.poles, gone)) @ np.array(shaper.amplitudes)
 
@@ -73,7 +73,7 @@ class ModalResponse:
         return self.residual_of(self.remaining(shaper), limit)
 
     def residual_of(self, left: np.ndarray, limit: float | None = None) -> tuple[float, float]:
-        """The same for what is left of each mode, complex, shape (n,); of shapers convolved it is the product of theirs."""
+        """The same for given remaining factors of the modes, complex, shape (n,); those of convolved shapers are multiplied."""
         low = high = 0.0
         for final, residues in zip(self.final, self.residues, strict=True):
             found = DecayingSum(residues * left / abs(final), self.poles).maximum(limit=limit)

@@ -81,7 +81,7 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def read_modes(path: Path | str) -> ModalResponse:
-    """The response in a file; JSON if it is named so, else TOML. Raises ArgumentError that tells what is wrong and where."""
+    """The response in a file; JSON by the file's ending, otherwise TOML. Raises ArgumentError with the fault and its place."""
     path = Path(path)
     decode = msgspec.json.decode if path.suffix.lower() == ".json" else msgspec.toml.decode
     try:

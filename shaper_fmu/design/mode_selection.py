@@ -34,7 +34,7 @@ Choice = tuple[str | None, ...]
 
 @dataclass(frozen=True)
 class ModeSet:
-    """A set of shaped modes and what it gives.
+    """A set of shaped modes and its result.
 
     Attributes:
         modes: indices into the response's poles.
@@ -56,7 +56,7 @@ class ModeSet:
 
 @dataclass(frozen=True)
 class Selection:
-    """What `select_modes` found.
+    """The result of `select_modes`.
 
     Attributes:
         chosen: the best set; where none is good enough, the one of all modes with the least residual.
@@ -237,7 +237,7 @@ class _Search:
 
 
 def distinct_kinds(kinds: str | Sequence[str]) -> tuple[str, ...]:
-    """The kinds, each once. Raises ArgumentError if there is none, or one that is no shaper."""
+    """The kinds, each once. Raises ArgumentError if there are none, or if one is not a shaper."""
     found = tuple(dict.fromkeys([kinds] if isinstance(kinds, str) else kinds))
     if not found:
         raise ArgumentError("give at least one kind of shaper")
@@ -247,7 +247,7 @@ def distinct_kinds(kinds: str | Sequence[str]) -> tuple[str, ...]:
 
 
 def _reason(response: ModalResponse, selection: Selection, found: bool, tolerance: float, heading: str) -> str:
-    """The selection in words."""
+    """The reason for the selection."""
     chosen, full = selection.chosen, selection.full
 
     kinds = f" ({', '.join(chosen.kinds)})" if len(set(chosen.kinds)) > 1 else ""

@@ -29,7 +29,7 @@ _MANIFEST = "sources.txt"
 
 
 class Backend(StrEnum):
-    """What an FMU is made of."""
+    """The technology of an FMU."""
 
     native = "native"
     python = "python"
@@ -95,7 +95,7 @@ def fmu_path(
 
 
 def sources_digest(component: type[Component]) -> str:
-    """What a component's FMU is made from: its own sources, and the exporter's."""
+    """Digest of the sources of a component's FMU: its own and the exporter's."""
     return digest(packed_sources(component)[0], _exporter_digest())
 
 
@@ -130,7 +130,7 @@ def shipped_fmu(component: type[Component], fmi: int) -> Path | None:
 
 
 def ship(folder: Path) -> None:
-    """Build what a wheel carries into this folder: all components, both versions of FMI, all platforms."""
+    """Build the FMUs that a wheel contains into this folder: all components, both versions of FMI, all platforms."""
     shutil.rmtree(folder, ignore_errors=True)
     for component in components().values():
         for fmi in (2, 3):

@@ -41,7 +41,7 @@ def _other_folder() -> Path | None:
 
 
 def digest(*parts: str | bytes) -> str:
-    """A name for what is made from these parts."""
+    """A name that is a hash of these parts."""
     found = hashlib.sha256()
     for part in parts:
         data = part.encode() if isinstance(part, str) else part
@@ -50,7 +50,7 @@ def digest(*parts: str | bytes) -> str:
 
 
 def cached(kind: str, key: str, make: Callable[[], bytes]) -> Path:
-    """The file of this kind and key, made unless it is there. Processes that want the same file wait for the first one."""
+    """The file of this kind and key; it is made if it does not exist. Processes that want the same file wait for the first one."""
     path = cache_folder() / kind / key
     if path.is_file():
         return path

@@ -145,7 +145,7 @@ def _of_domain(variable: Variable) -> Iterator[str]:
 
 
 def _of_published(variable: Variable) -> Iterator[str]:
-    """Of bounds that are told in place of the domain's: they are a pair of numbers, or None, of the domain."""
+    """Problems of published bounds: they must be a pair of numbers, or None, within the domain."""
     published: Any = variable.published
     if published is None:
         return

@@ -91,7 +91,7 @@ ANNOTATION = "io.shaper-fmu"
 
 
 def add_annotation(root: etree._Element, parent: str, element: str, naming: str) -> None:
-    """That outputs may be read between setting inputs and the step; the standards forbid it where nothing is said."""
+    """Declare that outputs may be read between setting inputs and the step; the standards forbid it otherwise."""
     annotation = etree.SubElement(etree.SubElement(root, parent), element, {naming: ANNOTATION})
     etree.SubElement(annotation, "DirectFeedthrough", outputsBetweenSetAndStep="true")
 

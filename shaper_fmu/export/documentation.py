@@ -158,7 +158,7 @@ _WORDS = {"a", "an", "as", "at", "be", "by", "do", "if", "in", "is", "it", "no",
 
 
 def marked_up(line: str) -> Markup:
-    """A line with its equations set apart, and what stands between backticks as a name.
+    """A line with its equations and its names between backticks marked.
 
     An equation is what surrounds an "=": signs and short or composed names on both sides. Words end it, and so does
     punctuation.
@@ -178,7 +178,7 @@ def marked_up(line: str) -> Markup:
 
 
 def _with_names(line: Markup) -> Markup:
-    """What stands between backticks, set as a name."""
+    """Names between backticks, marked."""
     return Markup(re.sub(r"`([^`<]+)`", r'<span class="name">\1</span>', str(line)))
 
 
@@ -192,7 +192,7 @@ def _equation_around(words: list[str], sign: int) -> set[int]:
 
 
 def _is_mathematical(words: list[str], i: int) -> bool:
-    """Whether the word belongs to an equation; short English words do so next to a sign."""
+    """Whether the word belongs to an equation; short English words only next to a sign."""
     word = _without_punctuation(words[i])[0]
     if word in _WORDS:
         return any(_SIGN.match(neighbour) for neighbour in words[max(0, i - 1) : i + 2])

@@ -15,7 +15,7 @@ _SAVED = {"canNotUseMemoryManagementFunctions": "true", "canGetAndSetFMUstate": 
 
 
 def fmi2_native_description(component: type[Component], guid: str, generator: str) -> bytes:
-    """modelDescription.xml of a native FMU: co-simulation, and model exchange where the component tells its states.
+    """modelDescription.xml of a native FMU: co-simulation, and model exchange if the component declares its states.
 
     Raises BuildError if the declared states, derivatives or dependencies do not fit together.
     """

@@ -23,7 +23,7 @@ _CO_SIMULATION = {
 
 
 def fmi3_native_description(component: type[Component], token: str, generator: str) -> bytes:
-    """modelDescription.xml of a native FMU: co-simulation, and model exchange where the component tells its states.
+    """modelDescription.xml of a native FMU: co-simulation, and model exchange if the component declares its states.
 
     Value references count the visible variables in the order of their declaration; the time comes last. Raises BuildError
     if the declared states, derivatives or dependencies do not fit together.

@@ -103,7 +103,7 @@ def initial_knowns(component: type[Component], unknown: Variable) -> tuple[str, 
 
 
 def initial_unknowns(component: type[Component], states: list[tuple[Variable, Variable]]) -> list[Variable]:
-    """What is computed at the start: outputs, calculated parameters, states and their derivatives, in declared order."""
+    """The initial unknowns: outputs, calculated parameters, states and their derivatives, in declared order."""
     exposed = {v.name for pair in states for v in pair}
     return [
         v

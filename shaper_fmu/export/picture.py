@@ -41,7 +41,7 @@ class Recording:
 
 @dataclass(frozen=True)
 class Picture:
-    """An SVG element as text, and the sentence that says what it shows."""
+    """An SVG element as text, and its caption."""
 
     svg: str
     caption: str
@@ -122,7 +122,7 @@ def record(component: type[Component], span: float, size: float) -> Recording:
 
 
 def _step_sizes(component: type[Component], size: float) -> dict[str, float]:
-    """What each scalar input steps to; inputs that cannot take the value stay as they are."""
+    """The step of each scalar input; an input that cannot take the value stays as it is."""
     steps: dict[str, float] = {}
     inputs = [v for v in component.variables.values() if v.causality == "input" and not issubclass(v.kind, enum.IntEnum)]
     for i, variable in enumerate(inputs):
@@ -247,7 +247,7 @@ def _draw_panel(axes: object, unit: str, variables: list[Variable], recording: R
 
 
 def _inline(svg: bytes, title: str) -> str:
-    """The SVG element alone, as wide as the page allows, without the mark of the tool's version."""
+    """The SVG element alone, as wide as the page, without the tool's version."""
     root = etree.fromstring(svg)
     for element in root.findall(f"{_SVG}metadata"):
         root.remove(element)

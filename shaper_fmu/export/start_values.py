@@ -35,7 +35,7 @@ class {name}({base}):
 def with_start_values(
     component: type[Component], values: Mapping[str, Any], name: str = "", without: Sequence[str] = (), note: str = ""
 ) -> type[Component]:
-    """A component that differs from this one in start values of parameters and inputs, in what it shows, and in its name.
+    """A component with other start values of parameters and inputs, without some outputs, and with another name.
 
     Args:
         component: the component to start from.
@@ -99,7 +99,7 @@ def _text(value: Any) -> str:
 
 
 def _written(changed: Component, variable: Variable) -> str:
-    """The start value as Python source: numbers alone, since the file imports no types."""
+    """The start value as Python source, with numbers only, since the file imports no types."""
     value = getattr(changed, variable.name)
     plain = [
         int(item) if isinstance(item, int) and not isinstance(item, bool) else item

@@ -12,7 +12,7 @@ _PLACES = {2: ("VendorAnnotations/Tool", "name"), 3: ("Annotations/Annotation", 
 
 
 def declares_readable_after_set(folder: Path, name: str, version: int) -> bool:
-    """Whether the model description of the unpacked FMU `name` says that outputs may be read between a set and the step."""
+    """Whether the model description of the unpacked FMU `name` allows reading outputs between a set and the step."""
     content = (folder / "modelDescription.xml").read_bytes()
     if _READABLE.encode() not in content:  # descriptions may be large, and few have it
         return False

@@ -34,7 +34,7 @@ _ENDLESS = 1 << 62
 
 @dataclass(frozen=True)
 class Plan:
-    """What the runs of a batch have in common; times in s.
+    """The common settings of a batch's runs; times in s.
 
     With `stop_when` ("instance.variable") a run ends once that variable has been true for `stop_hold`.
     """
@@ -50,7 +50,7 @@ class Plan:
 
 
 class Batch:
-    """Runs of a system that differ in start values. Close it, or use it in a with statement.
+    """Runs of a system with different start values. Close it, or use it in a with statement.
 
     `varied` are the names ("instance.variable") of all start values that any run sets; what a run does not give has the
     system's own value, or the FMU's. Raises ModelError for wrong names, and for a system that cannot be run as a batch.
@@ -191,7 +191,7 @@ class Batch:
         return self._judged(gathered[:done]) + ([failure] if failure else [])
 
     def _judged(self, gathered: np.ndarray) -> list[tuple[float, ...] | SimulationError]:
-        """The metrics of runs, or what is wrong with them."""
+        """The metrics of runs, or the reason of a failure."""
         columns = [metric.values(gathered[:, i]).tolist() for i, metric in enumerate(self._metrics.values())]
         found: list[tuple[float, ...] | SimulationError] = list(zip(*columns, strict=True)) if columns else [()] * len(gathered)
         for i, (name, metric) in reversed(list(enumerate(self._metrics.items()))):  # the first metric's word counts

@@ -33,7 +33,7 @@ def library_problems(files: Iterable[tuple[str, bytes]]) -> list[str]:
 
 
 def _ends(content: bytes) -> Iterator[int]:
-    """Where in the file each part ends that must be there."""
+    """The file positions at which the required parts end."""
     if content[:4] == _ELF:
         yield from _elf_ends(content)
     elif content[:2] == b"MZ":
@@ -86,7 +86,7 @@ def _mach_ends(content: bytes, base: int) -> Iterator[int]:
 
 
 def _fat_ends(content: bytes) -> Iterator[int]:
-    """Of a library for several processors: the parts, and what is mapped of each."""
+    """The parts of a library for several processors, and their mapped ranges."""
     wide = content[:4] == b"\xca\xfe\xba\xbf"
     for i in range(min(struct.unpack_from(">L", content, 4)[0], _MOST_COMMANDS)):
         begin, length = struct.unpack_from(">2Q" if wide else ">2L", content, 8 + i * (32 if wide else 20) + 8)

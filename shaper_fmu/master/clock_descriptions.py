@@ -51,7 +51,7 @@ class Clock:
 
     @property
     def is_timed(self) -> bool:
-        """Whether it ticks at times that the FMU tells."""
+        """Whether the clock ticks at times that the FMU determines."""
         return self.is_input and self.variability != TRIGGERED
 
 
@@ -79,7 +79,7 @@ def _clock(element: etree._Element) -> Clock:
 
 
 def _timing(element: etree._Element, variability: str) -> tuple[float | None, float, float]:
-    """Interval, shift and resolution; as a fraction, where it is told. Raises ValueError for what is no number."""
+    """Interval, shift and resolution; as a fraction, if it is declared. Raises ValueError for texts that are not numbers."""
     if variability not in PERIODIC:
         return None, 0.0, 1.0
     counter, shift, resolution = (_number(element, name) for name in _WHOLE)
@@ -118,7 +118,7 @@ def _problem(causality: str, variability: str, interval: float | None, shift: fl
 
 
 def fmu_clock_problems(description: ModelDescription, content: bytes, name: str) -> list[str]:
-    """What of an FMU's clocks, and of Scheduled Execution, this master cannot run; `content` is of modelDescription.xml."""
+    """The parts of an FMU's clocks and Scheduled Execution that this master cannot run; `content` is modelDescription.xml."""
     if description.coSimulation is None and description.scheduledExecution is not None:
         return ["it has Scheduled Execution alone, which this master does not run: co-simulation with event mode runs clocks"]
     if not any(is_clock(variable) for variable in description.modelVariables):
@@ -129,7 +129,7 @@ def fmu_clock_problems(description: ModelDescription, content: bytes, name: str)
 
 
 def description_problems(clocks: Iterable[Clock], co_simulation: bool, event_mode: bool) -> list[str]:
-    """What is wrong with the clocks of an FMU by itself."""
+    """Faults in an FMU's clock declarations."""
     clocks = list(clocks)
     problems = [f"clock {clock.name}: {clock.problem}" for clock in clocks if clock.problem]
     ticking = [clock.name for clock in clocks if clock.causality != "local"]

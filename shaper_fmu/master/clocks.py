@@ -30,7 +30,7 @@ def clocks_that_tick(fmu: Fmu, variable: str) -> list[str]:
 
 
 def is_clocked(fmu: Fmu, variable: str) -> bool:
-    """Whether a variable can be read and set while a clock ticks, alone."""
+    """Whether a variable can be read and set only while a clock ticks."""
     return bool(clocks_that_tick(fmu, variable))
 
 
@@ -57,7 +57,7 @@ def clock_problems(fmus: Mapping[str, Fmu], connections: Mapping[Port, Port], wi
 
 
 def clocked_loop_problems(fmus: Mapping[str, Fmu], connections: Mapping[Port, Port]) -> list[str]:
-    """The loops of clocked variables alone that act on themselves without delay when their clocks tick together, in words.
+    """Messages for loops of clocked variables that act on themselves without delay when their clocks tick together.
 
     An unclocked variable in a loop is sampled as it was before the tick; here nothing was before.
     """

@@ -65,7 +65,7 @@ def read_description(content: bytes, name: str) -> tuple[ModelDescription, list[
 
 
 def _parsed(content: bytes, where: str, findings: list[str]) -> etree._Element:
-    """The root element. White space before the beginning, and an encoding that is not the one told, do no harm."""
+    """The root element. White space before the beginning, and a wrong declared encoding, are tolerated."""
     begin = content.lstrip(b" \t\r\n")
     if begin != content:
         findings.append("white space before the XML declaration")
@@ -87,7 +87,7 @@ def _parsed(content: bytes, where: str, findings: list[str]) -> etree._Element:
 
 
 def _version(root: etree._Element, where: str, findings: list[str]) -> str:
-    """The version of FMI. Raises ArchiveError for one that is none, or a draft with functions of other forms."""
+    """The version of FMI. Raises ArchiveError for an unknown version, or for a draft whose functions differ."""
     version_text = str(root.get("fmiVersion", "")).strip()
     if _PRERELEASE.match(version_text):
         raise ArchiveError(
@@ -116,7 +116,7 @@ def _schema_findings(root: etree._Element, version: str) -> list[str]:
 
 
 def _as_archive(root: etree._Element) -> io.BytesIO:
-    """The mended description as fmpy takes it: in an archive, here without anything else."""
+    """The repaired description in the form that fmpy reads: alone in an archive."""
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as archive:
         archive.writestr(_FILE, etree.tostring(root, encoding="utf-8", xml_declaration=True))
@@ -147,7 +147,9 @@ def _tell_lines(description: ModelDescription, root: etree._Element) -> None:
 
 
 def _model_findings(description: ModelDescription) -> list[str]:
-    """What the schema does not see, by fmpy, but for structured names, for which its parser takes milliseconds each."""
+    """Findings that the schema does not cover, from fmpy; structured names are left out, since its parser takes milliseconds for
+    each.
+    """
     flat = description.variableNamingConvention == "flat"
     findings = _without_display_units(description)
     findings += validate_model_description(description, validate_variable_names=flat, validate_model_structure=True)

@@ -11,7 +11,7 @@ _MEAN = "_mean"
 
 
 class Treatment(NamedTuple):
-    """Whether steps end at events, the connections that are used, and what a user should know of both."""
+    """Whether steps end at events, the connections that are used, and notes on both."""
 
     exact: bool
     connections: dict[Port, Port]

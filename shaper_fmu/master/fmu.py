@@ -34,7 +34,7 @@ STRUCTURAL = "structuralParameter"
 
 
 def _new_folder(name: str) -> Path:
-    """Where an FMU is unpacked."""
+    """A new folder into which an FMU is unpacked."""
     try:
         return Path(tempfile.mkdtemp(prefix="shaper-fmu-")).resolve()
     except OSError as error:
@@ -79,7 +79,7 @@ class Fmu:
 
     @without_collector()
     def _lay_out(self) -> None:
-        """Variables by name. A name that means several is left out: nobody could tell which of them it moves."""
+        """Variables by name. A name that several variables have is left out, since it is ambiguous."""
         self.variables: dict[str, ModelVariable] = {}
         self._wholes: dict[str, list[str]] = {}  # an element's name -> names of all elements of its array
         self._elements: dict[str, list[str]] = {}  # an array's name -> names of its elements
@@ -111,7 +111,7 @@ class Fmu:
 
     @property
     def default_tolerance(self) -> float | None:
-        """The tolerance of its solver in its default experiment, None if there is none that makes sense."""
+        """The solver tolerance of the default experiment; None without a valid one."""
         experiment = self.description.defaultExperiment
         try:
             tolerance = float(experiment.tolerance) if experiment is not None and experiment.tolerance else 0.0
@@ -120,7 +120,7 @@ class Fmu:
         return tolerance if 0.0 < tolerance < math.inf else None
 
     def variable(self, name: str, *causalities: str) -> ModelVariable:
-        """The variable of this name. Raises ModelError, with the nearest name, if there is none of these causalities."""
+        """The variable of this name and one of these causalities. Raises ModelError with the nearest name."""
         found = self.variables.get(name)
         if found is not None and (not causalities or found.causality in causalities):
             return found
@@ -132,16 +132,16 @@ class Fmu:
         raise ModelError([f"{self.name} has no {what} {name!r}{other}.{nearest(name, known)}"])
 
     def inputs_of(self, output: str) -> list[str]:
-        """Names of the inputs that the output depends on without delay; all inputs if the FMU does not tell."""
+        """Names of the inputs that the output depends on without delay; all inputs if the FMU declares none."""
         declared = self._declared_inputs.get(output)
         return declared if declared is not None else self._inputs
 
     def declares_inputs_of(self, output: str) -> bool:
-        """Whether the FMU tells what the output depends on."""
+        """Whether the FMU declares the dependencies of the output."""
         return output in self._declared_inputs
 
     def library_problems(self, folder: Path) -> list[str]:
-        """What is wrong with the libraries in its folder for a platform, one of which needs the others; looked at once."""
+        """Problems of the libraries in its folder for a platform; the result is kept."""
         if folder not in self._looked_at:
             paths = (path for path in folder.rglob("*") if path.is_file())
             self._looked_at[folder] = library_problems((p.relative_to(folder).as_posix(), p.read_bytes()) for p in paths)
@@ -152,7 +152,7 @@ class Fmu:
         return [name for name, variable in self.variables.items() if variable.causality == "input"]
 
     def with_structure(self, values: Mapping[str, Any]) -> Fmu:
-        """The FMU with these values of structural parameters (FMI 3.0) on top of its own; the sizes of arrays follow.
+        """The FMU with other values of structural parameters (FMI 3.0); the sizes of arrays follow.
 
         Raises ModelError for values that are none of their types, or no sizes, and for arrays too large.
         """
@@ -174,7 +174,7 @@ class Fmu:
 
     @functools.cached_property
     def _declared_inputs(self) -> dict[str, list[str]]:
-        """Output -> the inputs it depends on, where that is told."""
+        """Output -> the inputs it depends on, if declared."""
         found: dict[str, list[str]] = {}
         for unknown in self.description.outputs:
             if unknown.variable is not None and unknown.dependencies is not None:
@@ -243,13 +243,13 @@ class Fmu:
 
 
 def remove_folders() -> None:
-    """Remove what is unpacked, where the process is about to end without Python's own end."""
+    """Remove the unpacked FMUs before the process ends without Python's normal exit."""
     for fmu in list(_unpacked):
         shutil.rmtree(fmu.folder, ignore_errors=True)
 
 
 def event_output(fmu: Fmu) -> str | None:
-    """The output that announces the FMU's events, by its name; None if there is none."""
+    """The name of the output that announces the FMU's events; None if there is none."""
     variable: ModelVariable | None = fmu.variables.get("next_event_time")
     return "next_event_time" if variable is not None and variable.causality == "output" else None
 
@@ -267,7 +267,7 @@ def fmu_from_bytes(name: str, content: bytes) -> Fmu:
 
 
 def fmu_problems(path: Path) -> list[str]:
-    """What is wrong with an FMU of any version of FMI. Raises ArchiveError if it cannot be read at all, or must not be run."""
+    """The problems of an FMU of any FMI version. Raises ArchiveError if it cannot be read at all, or must not be run."""
     content = read_file(path)
     files = read_archive(content, path.name)
     text = _description_of(path.name, files.get(_DESCRIPTION))

@@ -12,7 +12,7 @@ from shaper_fmu.errors import SimulationError
 
 
 class Missing:
-    """In the place of a function that a library lacks; to call it is a SimulationError."""
+    """Stands for a function that the library lacks; calling it raises SimulationError."""
 
     def __init__(self, name: str):
         self.name = name
@@ -22,7 +22,7 @@ class Missing:
 
 
 class _Lenient:
-    """Before fmpy's class: loads the functions that are there."""
+    """Mixin for fmpy's classes: loads only the functions that exist."""
 
     dll: Any
 

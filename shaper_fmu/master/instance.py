@@ -145,7 +145,7 @@ class Instance:
             raise SimulationError(f"its library lacks {'a function' if len(missing) == 1 else 'functions'}: {', '.join(missing)}")
 
     def _library(self) -> Path:
-        """Where its library for this machine is, or ought to be."""
+        """Path of its library for this machine, whether or not it exists."""
         interface = self.fmu.description.modelExchange if self._model_exchange else self.fmu.co_simulation
         assert interface is not None  # who asks for Model Exchange has looked
         folder = fmpy.platform_tuple if self.fmu.version == 3 else fmpy.platform
@@ -163,7 +163,7 @@ class Instance:
         raise SimulationError(f"it has no library {library.name} for {library.parent.name}, {found}")
 
     def _message(self, error: Exception) -> str:
-        """What fmpy and the FMU say of a failed instantiation."""
+        """The messages of fmpy and the FMU for a failed instantiation."""
         message = str(error)
         if message.startswith("Failed to instantiate"):  # the function has returned NULL
             kind = "ModelExchange" if self._model_exchange else "CoSimulation"
@@ -182,7 +182,9 @@ class Instance:
     def enter_initialization(
         self, start_time: float, stop_time: float | None, values: Mapping[str, Any], tolerance: float | None = None
     ) -> None:
-        """Tell the experiment, with the `tolerance` of the FMU's solver (its default if None), set start values, and enter it."""
+        """Set up the experiment with the `tolerance` of the FMU's solver (its default if None), set start values, and enter
+        initialization.
+        """
         tolerance = tolerance if tolerance is not None else self.fmu.default_tolerance
         if self.fmu.version == 2:
             self.call("setupExperiment", tolerance, start_time, stop_time, at="initialization")
@@ -201,7 +203,7 @@ class Instance:
         self.log.clear()
 
     def address(self, function: str) -> int:
-        """Where a function of the FMU's library is in memory; 0 if there is none."""
+        """Address of a function of the FMU's library; 0 if it does not exist."""
         try:
             return cast(self.slave.dll[function], c_void_p).value or 0
         except AttributeError:
@@ -282,7 +284,7 @@ class Instance:
 
     @property
     def takes_input_derivatives(self) -> bool:
-        """Whether it takes the time derivative of an input over a step (FMI 2.0)."""
+        """Whether it accepts the time derivative of an input over a step (FMI 2.0)."""
         can = self.fmu.version == 2 and bool(getattr(self.fmu.co_simulation, "canInterpolateInputs", False))
         return can and self.address("fmi2SetRealInputDerivatives") != 0
 
@@ -312,7 +314,7 @@ class Instance:
             put_back(Share.ARITHMETIC)
 
     def close(self) -> None:
-        """Free the instance; after a fatal status FMI does not allow even that, so it is left alone."""
+        """Free the instance; after a fatal status it is not freed, since FMI forbids it."""
         freed, self.usable = self.usable, False
         with Kept(last=True):
             if freed:

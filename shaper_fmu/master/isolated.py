@@ -63,7 +63,7 @@ def simulate_isolated(
     progress: Progress | None = None,
     **options: Any,
 ) -> Results:
-    """Run the system in a child process; see `System.simulate`, whose other options these are.
+    """Run the system in a child process; the options are those of `System.simulate`.
 
     Raises what the run raises there. A crash of the child, or its end after `time_limit` [s] of wall time, is a
     SimulationError with the simulated time; ModelError if the limit is wrong or an input's function cannot be sent.
@@ -96,7 +96,7 @@ def simulate_isolated(
 
 
 def _plan(system: SystemStructure, stop_time: float, step: float, options: dict[str, Any]) -> bytes:
-    """What the child needs to know. Raises ModelError for what cannot be sent."""
+    """The data that the child needs. Raises ModelError for objects that cannot be sent."""
     signals = []
     for port, signal in system.signals.items():
         name = ".".join(port)
@@ -114,7 +114,7 @@ def _bare(signal: Signal) -> Signal:
 
 
 class _Pickler(pickle.Pickler):
-    """Refuses what the script that runs defines: the child does not load that script."""
+    """Refuses objects that the running script defines, since the child does not load that script."""
 
     def persistent_id(self, obj: Any) -> None:
         if isinstance(obj, type | types.FunctionType) and obj.__module__ == "__main__":
@@ -226,7 +226,7 @@ def serve(channel: int, window: str) -> None:
 
 
 def _end_with_the_caller(orders: int) -> None:
-    """Wait until the other end of standard input is closed: the caller is no more, whatever has happened to it."""
+    """End the process when standard input is closed, which means that the caller has ended."""
     os.read(orders, 1)
     os._exit(1)
 

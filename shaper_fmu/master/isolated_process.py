@@ -32,7 +32,7 @@ _CHILD = (  # the FMUs' own words on standard output go to standard error, so th
 
 
 class Child:
-    """The child process as the caller has it. At the end of the with statement it is gone, whatever it was doing.
+    """The child process, seen from the caller. The with statement ends it in any case.
 
     `code` is what it runs, with {window} for the memory of `size` bytes that it shares with the caller; `sink` takes what it
     sends, and None at the end. What it writes to standard error is passed on unless `quiet`.
@@ -85,7 +85,7 @@ class Child:
         self._memory.close()
 
     def frames(self, time_limit: float | None, progress: Progress | None) -> Iterator[bytes]:
-        """What the child sends, until it has done its work or ends.
+        """The child's frames, until it has finished or ended.
 
         Raises TimeoutError when the limit is over, which counts from the first call of an FMU on.
         """
@@ -115,13 +115,13 @@ class Child:
                 progress(reported)
 
     def put(self, frame: bytes) -> None:
-        """Send a frame; if the process has ended, nobody gets it."""
+        """Send a frame; if the process has ended, the frame is lost."""
         with suppress(BrokenPipeError):
             assert self.process.stdin is not None
             send(self.process.stdin.fileno(), frame)
 
     def shared(self) -> bytes:
-        """What the shared memory holds now."""
+        """The content of the shared memory."""
         return self._memory[:]
 
     @property
@@ -132,7 +132,7 @@ class Child:
         return float(control["t"]) if control["step"] > 0.0 else before
 
     def end(self) -> str:
-        """How the process ended, in words."""
+        """A message on how the process ended."""
         try:
             self.process.wait(2.0)
         except subprocess.TimeoutExpired:
@@ -152,7 +152,7 @@ class Child:
         return f"; last words: {'; '.join(lines[-3:])}" if lines else ""
 
     def kill(self) -> int:
-        """End the process, and what it has started; its status."""
+        """Kill the process and its child processes; returns its status."""
         if sys.platform == "win32":
             self.process.kill()
         elif not self._killed:
@@ -168,7 +168,7 @@ class Child:
         self._sink(None)
 
     def _relay(self) -> None:
-        """Pass on what it writes to standard error, and keep the end."""
+        """Forward its standard error, and keep the last lines."""
         assert isinstance(self.process.stderr, io.BufferedReader)
         while chunk := self.process.stderr.read1(4096):
             self._tail = (self._tail + chunk)[-4096:]
@@ -185,7 +185,7 @@ def send(channel: int, frame: bytes) -> None:
 
 
 def read_frame(stream: IO[bytes]) -> bytes | None:
-    """The next frame; None at the end, if it is not complete, or if it is none: an FMU may write into any file."""
+    """The next frame; None at the end, or if it is incomplete or invalid: an FMU may write into any file."""
     head = stream.read(len(_HEAD) + 5)
     if not head.startswith(_HEAD):
         return None

@@ -15,7 +15,7 @@ def _probe() -> None:
 
 
 def _caches() -> bool:
-    """Whether compiled code can be kept; numba is told where, if it knows no place itself."""
+    """Whether compiled code can be kept; numba gets a folder if it has none itself."""
     why = "compiled code can be kept neither beside shaper-fmu nor in the user's cache folder (NUMBA_CACHE_DIR names another)"
     if config.CACHE_DIR:  # pyright: ignore[reportAttributeAccessIssue]
         why = f"compiled code cannot be kept in {config.CACHE_DIR}: NUMBA_CACHE_DIR cannot be written to"  # pyright: ignore[reportAttributeAccessIssue]

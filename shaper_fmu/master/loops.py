@@ -42,5 +42,5 @@ def solve_loops(loops: Sequence[Loop], bus: np.ndarray, places: Sequence[int], e
 
 
 def loop_text(loop: Loop) -> str:
-    """A loop in words."""
+    """A loop as a text."""
     return f"loop without delay {' -> '.join('.'.join(port) for port in loop)}"

@@ -15,7 +15,7 @@ _UNKNOWNS = {
 
 
 def mend_structure(root: etree._Element, version: int, where: str) -> list[str]:
-    """Mend references to variables; returns the findings. Raises ArchiveError for an entry of a variable that is not there."""
+    """Repair references to variables; returns the findings. Raises ArchiveError for an entry of a variable that does not exist."""
     variables = root.findall("ModelVariables/*")
     if version == 2:
         known, key = {str(i + 1) for i in range(len(variables))}, "index"
@@ -51,7 +51,7 @@ def _shared(variables: list[etree._Element]) -> set[str]:
 
 
 def _mend_dependencies(unknowns: list[etree._Element], known: set[str], shared: set[str], key: str) -> Iterator[str]:
-    """Dependencies that name no variable leave open how variables are counted: then none are told, so that all may be."""
+    """If dependencies refer to no variable, the numbering is unclear: then none are declared, and all may exist."""
     doubtful = False
     for unknown in unknowns:
         if unknown.get("dependencies") is not None:

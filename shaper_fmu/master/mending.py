@@ -54,7 +54,7 @@ _INTEGER = re.compile(r"\s*[+-]?\d{1,30}\s*")
 
 
 def mended(root: etree._Element, version: int, where: str) -> list[str]:
-    """Mend the description of an FMU of this major version of FMI; returns the findings.
+    """Repair the description of an FMU of this major version of FMI; returns the findings.
 
     Raises ArchiveError, which begins with `where`.
     """
@@ -71,12 +71,12 @@ def mended(root: etree._Element, version: int, where: str) -> list[str]:
 
 
 def whole(text: str | None) -> int | None:
-    """The integer that a text is; None if it is none."""
+    """The integer in a text; None if it is not one."""
     return int(text) if text is not None and _INTEGER.fullmatch(text) else None
 
 
 def _number(text: str) -> float | None:
-    """The finite number that a text is; None if it is none."""
+    """The finite number in a text; None if it is not one."""
     try:
         number = float(text)
     except ValueError:
@@ -85,7 +85,7 @@ def _number(text: str) -> float | None:
 
 
 def _forget(element: etree._Element, attribute: str, why: str) -> str:
-    """Take an attribute away; the words for it."""
+    """Remove an attribute; returns the message."""
     return f"{element.tag} (line {element.sourceline}): {attribute} = {str(element.attrib.pop(attribute))!r} {why}"
 
 

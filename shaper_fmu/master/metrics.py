@@ -12,7 +12,7 @@ from shaper_fmu.metrics.metric import ENVELOPE, GATHERED, OUTSIDE, Metric
 
 
 def metric_rows(metrics: Mapping[str, Metric], place: Callable[[str], int]) -> np.ndarray:
-    """What the loop gathers for each metric, shape (n,), of type `GATHERED`; `place` tells where a variable is on the bus."""
+    """The loop's row for each metric, shape (n,), of type `GATHERED`; `place` gives a variable's place on the bus."""
     rows = np.zeros(len(metrics), GATHERED)
     for row, metric in zip(rows, metrics.values(), strict=True):
         needs = metric.needs()
@@ -23,7 +23,7 @@ def metric_rows(metrics: Mapping[str, Metric], place: Callable[[str], int]) -> n
 
 
 def check_metrics(metrics: Mapping[str, Metric]) -> None:
-    """Raise ModelError for what is no metric, or for a number that makes no sense."""
+    """Raise ModelError for an object that is not a metric, or for an invalid parameter."""
     for name, metric in metrics.items():
         if not isinstance(metric, Metric):
             raise ModelError([f"metric {name!r} is {metric!r}; use {_known()}"])

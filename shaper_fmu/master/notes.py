@@ -38,7 +38,7 @@ def _sources(system: SystemStructure, loop: Loop) -> list[Port]:
 
 
 def _late_notes(system: SystemStructure, treatment: Treatment, recorded: Collection[Port]) -> list[str]:
-    """Outputs that follow inputs without delay, but of which a master gets what the last step left.
+    """Outputs with direct feedthrough whose value a master gets only from the end of the last step.
 
     Clocked ones move in events, which allow reading.
     """

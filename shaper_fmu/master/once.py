@@ -28,7 +28,7 @@ class OccupiedError(SimulationError):
 
 
 def once_key(fmu: Fmu, model_exchange: bool = False) -> Key | None:
-    """What stands for the FMU if it can be instantiated only once per process, else None."""
+    """The identity of an FMU that can be instantiated only once per process, otherwise None."""
     interface = fmu.description.modelExchange if model_exchange else fmu.co_simulation
     if not getattr(interface, FLAG, False):
         return None
@@ -37,7 +37,7 @@ def once_key(fmu: Fmu, model_exchange: bool = False) -> Key | None:
 
 
 def once_problems(fmus: Mapping[str, Fmu]) -> list[str]:
-    """The instances of a system that cannot be in one process, in words."""
+    """Messages for instances of a system that cannot be in one process."""
     names: dict[Key, list[str]] = {}
     for name, fmu in fmus.items():
         key = once_key(fmu)

@@ -106,7 +106,7 @@ def _make() -> tuple[int, int, Any]:
 
 
 class Ends:
-    """While it is open, this thread is in FMUs' calls. `put_back` is done before an end of the process is told."""
+    """While it is open, this thread is in FMUs' calls. `put_back` runs before an end of the process is reported."""
 
     def __init__(self, put_back: Callable[[], None]):
         global _made, _put_back
@@ -150,7 +150,7 @@ class Ends:
 
 
 def _handler_of(number: int) -> int:
-    """What treats a signal, by its address; 0 for the default."""
+    """Address of a signal's handler; 0 for the default."""
     assert _here is not None
     found = ctypes.create_string_buffer(_ROOM)
     _here.sigaction(int(number), None, found)
@@ -158,7 +158,7 @@ def _handler_of(number: int) -> int:
 
 
 def leave_ends_to_the_caller() -> None:
-    """This process is there for FMUs alone: who has started it hears of its end, and tells it."""
+    """This process only runs FMUs: its caller notices its end and reports it."""
     global _silent
     _silent = True
 
@@ -196,7 +196,7 @@ class _Symbol(ctypes.Structure):
 
 
 def _caller() -> str:
-    """Which FMU's function has called, as the stack tells it; else all FMUs."""
+    """The FMU function that called, read from the stack; without one, all FMUs."""
     assert _here is not None
     frames, symbol = (ctypes.c_void_p * 200)(), _Symbol()
     for frame in frames[: _here.backtrace(frames, len(frames))]:

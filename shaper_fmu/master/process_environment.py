@@ -18,7 +18,7 @@ _known: tuple[int, bytes, dict[bytes, bytes]] = 0, b"", {}
 
 
 def _variables() -> dict[bytes, bytes]:
-    """The variables as C has them, which Python's os.environ is only told of by Python."""
+    """The environment variables of C; Python's os.environ knows only those that Python sets."""
     global _known
     if sys.platform != "linux":
         return {os.fsencode(name): os.fsencode(value) for name, value in os.environ.items()}
@@ -58,7 +58,7 @@ class Environment:
 
 
 def restore_environment() -> bool:
-    """Put back what FMUs have left, unless somebody else has changed it since."""
+    """Restore what FMUs have changed, unless it was changed again since."""
     found, changed = _variables(), dict(_left)
     _left.clear()
     for name, (original, left) in changed.items():

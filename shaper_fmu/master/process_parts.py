@@ -156,7 +156,7 @@ class Locale(_Plain):
 
 
 class Umask(_Plain):
-    """Which rights new files do not get."""
+    """The file mode creation mask."""
 
     label = "the rights of new files (umask)"
 
@@ -170,7 +170,7 @@ class Umask(_Plain):
 
 
 class NumpyErrors(_Plain):
-    """What numpy does about divisions by zero and the like."""
+    """numpy's treatment of floating-point errors."""
 
     label = "numpy's treatment of errors"
 
@@ -195,7 +195,7 @@ class Processors(_Plain):
 
 
 class Arithmetic:
-    """How this thread's processor calculates; in between it is the standard mode, whatever the caller's is."""
+    """The floating-point mode of this thread's processor; FMUs run in the standard mode, whatever the caller's is."""
 
     label = "the arithmetic"
 

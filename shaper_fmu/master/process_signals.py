@@ -66,7 +66,7 @@ def _is_loaded(address: int) -> bool:
 
 
 class Signals:
-    """What is done about signals, in C and in Python, and which of them this thread does not hear."""
+    """Signal handlers in C and in Python, and this thread's signal mask."""
 
     label = "the treatment of signals"
 

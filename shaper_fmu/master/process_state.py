@@ -42,7 +42,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 class Kept:
-    """Keeps the process's state, in a with statement; at its end, and by `put_back`, what differs is put back.
+    """Keeps the process's state in a with statement; at its end, and by `put_back`, changes are undone.
 
     Ctrl-C ends it by what Python raises for it (KeyboardInterrupt), whatever has become of that in the FMUs; an error that came of
     it is dropped. A copy of the process that an FMU has made is ended by it. One in another one does nothing. `last`: the FMUs are
@@ -96,7 +96,7 @@ class Kept:
             raise interrupt from None
 
     def _end_copy(self) -> None:
-        """End a process that an FMU has made of this one and let return: all the rest would be done, and told, twice."""
+        """End a process that an FMU has forked and let return; otherwise all further work would be done and reported twice."""
         if os.getpid() != self._process:
             with suppress(OSError):
                 os.write(2, b"note: an FMU has made a copy of its process (fork) and let it return; the copy is ended\n")
@@ -115,7 +115,7 @@ class Kept:
 
 
 def _leave_to_the_copy() -> None:
-    """In a process that Python has forked, such as a worker of multiprocessing: its own runs are no part of what was under way."""
+    """In a process that Python has forked, such as a worker of multiprocessing, the state that was kept before does not apply."""
     _threads.kept = None
 
 
@@ -131,7 +131,7 @@ def put_back(share: Share) -> None:
 
 
 def keeping(method: F) -> F:
-    """A method that calls FMUs, with the process's state kept; what was changed is gathered in its object's `changed`."""
+    """Decorator for a method that calls FMUs: keeps the process's state, and collects changes in its object's `changed`."""
 
     @functools.wraps(method)
     def kept(self: Any, *arguments: Any, **options: Any) -> Any:
@@ -142,6 +142,6 @@ def keeping(method: F) -> F:
 
 
 def process_notes(changed: Iterable[str]) -> tuple[str, ...]:
-    """What a user should know of what was put back."""
+    """Notes on the state that was restored."""
     named = sorted(changed)
     return (f"the FMUs have changed {', '.join(named)} in this process; that was put back",) if named else ()

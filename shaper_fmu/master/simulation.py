@@ -260,7 +260,7 @@ class Simulation:
             raise self._fault(program, control, "initialization")
 
     def _time_scales(self) -> dict[Port, float]:
-        """Values of what tells how fast the system is, in initialization mode; an FMU that does not tell them need not."""
+        """Values of the variables that give the system's time scales, in initialization mode; an FMU need not return them."""
         found: dict[Port, float] = {}
         for port in time_scales(self.system):
             with contextlib.suppress(SimulationError):
@@ -275,7 +275,7 @@ class Simulation:
         solve_loops(program.loops, program.layout.bus, program.cut_places(), exchange)
 
     def _results(self, program: Program, control: Any, times: np.ndarray, record: np.ndarray, notes: tuple[str, ...]) -> Results:
-        """What has been recorded so far."""
+        """The results recorded so far."""
         times, columns = times[: control.rows], np.ascontiguousarray(record[: control.rows].T)
         notes = (*notes, *process_notes(self.changed), *warning_notes(program, self.instances, control))
         names = [".".join(port) for port in self._recorded]
@@ -295,7 +295,7 @@ class Simulation:
 
 
 def set_exact(control: Any, program: Program, exact: bool) -> None:
-    """Have steps end at events or not; then clocks tick at points of the grid alone, and tables jump there."""
+    """Whether steps end at events; if not, clocks tick at points of the grid, and tables jump there."""
     control.exact = exact or bool(program.clocks.ports)
     control.on_grid = control.exact and not exact
     control.jump = 0 if exact else len(program.layout.jumps)
@@ -321,7 +321,7 @@ def number_of_steps(system: SystemStructure, start_time: float, stop_time: float
 
 
 def ends_whole(start_time: float, stop_time: float, step: float, steps: int) -> bool:
-    """Whether the last of the steps is meant to be as long as the others: what is missing is rounding."""
+    """Whether the last step is meant to be as long as the others and differs only by rounding."""
     return abs(start_time + steps * step - stop_time) <= 1e-9 * step + 4.0 * math.ulp(max(abs(start_time), abs(stop_time)))
 
 
@@ -333,7 +333,7 @@ def _record_into(control: Any, times: np.ndarray, record: np.ndarray) -> None:
 
 
 def _linear_note(linear: list[Port]) -> str:
-    """What a user should know of the inputs that are linear over a step."""
+    """A note on the inputs that are linear over a step."""
     if not linear:
         return "all inputs are held over each step: no FMU takes derivatives of its connected inputs"
     return f"linear over each step: {', '.join('.'.join(port) for port in linear)}; all other inputs are held"

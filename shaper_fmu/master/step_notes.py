@@ -98,7 +98,7 @@ def _item(system: SystemStructure, name: str, values: Mapping[Port, float]) -> s
 
 
 def _steps_of_a_move(system: SystemStructure, name: str, treatment: Treatment, values: Mapping[Port, float]) -> int:
-    """How many steps a move of this duration needs: one, for jumps that steps end at; more for what is smooth.
+    """The number of steps that a move of this duration needs: one for jumps at which steps end, more for smooth moves.
 
     On the grid the edges of jumps are moved, too. A description says that outputs are smooth by the order up to which it gives
     their derivatives, or by derivatives of theirs among the variables.

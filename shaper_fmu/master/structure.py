@@ -25,7 +25,7 @@ _SOURCES = ("output", "local", "calculatedParameter", "constant")
 
 
 class SystemStructure:
-    """Which FMUs there are, their start values, and what feeds their inputs; `System` adds what one does with them.
+    """FMUs, their start values, and the sources of their inputs; `System` adds simulation and export.
 
     Wrong names, types and units raise ModelError where they are given; `check` tells what is missing in the whole.
     """
@@ -44,7 +44,7 @@ class SystemStructure:
         self.readable: dict[str, bool] = {}  # what the user says of instances, see read_after_set
 
     def announce(self, output: str) -> None:
-        """Tell that "instance.output" is the time [s] of the instance's next event; outputs called next_event_time are known."""
+        """Declare that "instance.output" is the time [s] of the instance's next event; outputs called next_event_time are known."""
         self.event_outputs.append(self._port(output, "output"))
 
     def use_event_mode(self, name: str, use: bool) -> None:
@@ -53,7 +53,7 @@ class SystemStructure:
         (self.without_event_mode.discard if use else self.without_event_mode.add)(name)
 
     def read_after_set(self, name: str, allow: bool = True) -> None:
-        """Whether an instance's outputs may be read between the setting of its inputs and the step (default: if its FMU says so).
+        """Whether an instance's outputs may be read between setting its inputs and the step (default: as its FMU declares).
 
         FMI forbids it (FMI 2.0.4, section 4.2.4), since some solvers are disturbed by it. Allow it only where you know that the
         outputs follow the inputs at once and nothing else changes: then values pass through the instance without delay.
@@ -93,7 +93,7 @@ class SystemStructure:
         self.start_values[instance].update(_prefixed(instance, fmu, rest))
 
     def _check_kept(self, name: str, instance: str, fmu: Fmu) -> None:
-        """Raise ModelError if what is connected, driven or set of an instance is not all there with other sizes of arrays."""
+        """Raise ModelError if connected, driven or set elements of an instance do not exist with other sizes of arrays."""
         used = [port for pair in self.connections.items() for port in pair] + [*self.signals, *self.event_outputs]
         used += [(instance, variable) for variable in self.start_values[instance]]
         lost = [variable for owner, variable in used if owner == instance and variable not in fmu.variables]
@@ -123,7 +123,7 @@ class SystemStructure:
     def connect_raw(
         self, source: str, target: str, gain: float = 1.0, offset: float = 0.0, *, mapping: Mapping[int, int] | None = None
     ) -> None:
-        """Connect as `connect`, but with units converted already: input = gain * output + offset, whatever they are.
+        """Connect as `connect` does, but without unit conversion: input = gain * output + offset.
 
         The source may be a local variable or a calculated parameter, too, and an integer and an enumeration may be connected.
         `mapping` is for booleans (0 and 1), integers and enumerations: what their values become; all others stay as they are.
@@ -201,7 +201,7 @@ class SystemStructure:
         self.signals[port] = typed_signal(variable, make_signal(source, interpolation, target), target)
 
     def check(self) -> list[str]:
-        """Every problem of the system as a whole, in words; empty if it can run."""
+        """The problems of the system as a whole, as messages; empty if it can run."""
         problems = once_problems(self.fmus) if self.fmus else ["the system has no FMU"]
         problems += clock_problems(self.fmus, self.clock_connections, self.without_event_mode)
         problems += clocked_loop_problems(self.fmus, self.connections)
@@ -213,7 +213,7 @@ class SystemStructure:
         return problems
 
     def signal_order(self, passing: Collection[str] | None = None) -> tuple[list[Port], list[Loop]]:
-        """Connected inputs in the order in which values spread at initialization, and the algebraic loops.
+        """Connected inputs in the order in which values propagate at initialization, and the algebraic loops.
 
         With `passing`: where values pass without delay through these instances alone.
         """

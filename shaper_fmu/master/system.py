@@ -12,7 +12,7 @@ from shaper_fmu.master.structure import SystemStructure
 
 
 class System(SystemStructure):
-    """FMUs coupled with each other.
+    """A system of coupled FMUs.
 
     Wrong names, types and units raise ModelError where they are given; `check` tells what is missing in the whole.
 

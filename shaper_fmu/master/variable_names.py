@@ -19,7 +19,7 @@ NAME = re.compile(rf"{_IDENTIFIER}|der\({_IDENTIFIER}(?:,{_NUMBER})?\)")
 
 
 def wrong_names(description: ModelDescription) -> list[str]:
-    """The names that the description's convention "structured" does not allow, in fmpy's words; none if it is flat."""
+    """The names that violate the declared naming convention "structured", by fmpy's messages; none if it is flat."""
     if description.variableNamingConvention == "flat":
         return []
     convention = 'is not a legal variable name for naming convention "structured".'

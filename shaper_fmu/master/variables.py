@@ -26,7 +26,7 @@ _BOOLEANS = {"true": True, "false": False, "1": True, "0": False}
 
 
 def element_variables(variable: ModelVariable, sizes: Mapping[str, float | int | bool] | None = None) -> list[ModelVariable]:
-    """The variable itself, or a copy for each element of an array, with that element's start value, None if it is not told.
+    """The variable itself, or a copy per element of an array with that element's start value, None if there is none.
 
     `sizes` are values of structural parameters by name; of an array that they resize, one start value counts for all elements,
     while several ones were for its old size. Raises ModelError for too many elements.
@@ -61,7 +61,7 @@ def _extent(dimension: Dimension, sizes: Mapping[str, float | int | bool]) -> in
 
 
 def kind_of(variable: ModelVariable) -> str:
-    """What a variable's values are: real, integer, boolean, enumeration, or its type in small letters."""
+    """The kind of a variable's values: real, integer, boolean, enumeration, or its type in small letters."""
     if variable.type in ("Enumeration", "Boolean"):
         return str(variable.type).lower()
     kind = _TYPES.get(str(variable.type))
@@ -69,13 +69,13 @@ def kind_of(variable: ModelVariable) -> str:
 
 
 def items_of(variable: ModelVariable) -> dict[str, int]:
-    """The items of an enumeration by name; empty if none are told."""
+    """The items of an enumeration by name; empty if none are declared."""
     declared = variable.declaredType if variable.type == "Enumeration" else None
     return {str(item.name): int(str(item.value)) for item in declared.items} if declared is not None else {}
 
 
 def possible_values(variable: ModelVariable) -> set[int]:
-    """All values that an enumeration, boolean or integer can have; empty if they are not known, or too many to be looked at."""
+    """All values that an enumeration, boolean or integer can have; empty if they are unknown or too many."""
     items = items_of(variable)
     if items or kind_of(variable) == "boolean":
         return set(items.values()) or {0, 1}
@@ -91,7 +91,7 @@ def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int 
 
 
 def own_start(variable: ModelVariable, where: str) -> float | int | bool:
-    """The start value that the FMU tells, as it is: not every one is an item of its enumeration. Raises ModelError."""
+    """The FMU's start value, unchanged: it need not be an item of its enumeration. Raises ModelError."""
     if variable.start is None:
         raise ModelError([f"{where}: {variable.name} has no start value of its own, so it must be given one"])
     return _typed(variable, variable.start, where, {})
@@ -121,7 +121,7 @@ def shown_items(items: Mapping[str, int]) -> str:
 
 
 def _converted(variable: ModelVariable, value: Any, kind: type) -> float | int | bool:
-    """Raises ValueError and others for what is not of the type."""
+    """The value in the variable's type. Raises ValueError and others if it has another type."""
     if kind is bool and isinstance(value, str):
         return _BOOLEANS[value.lower()]
     if kind is not float and not isinstance(value, int) and float(value) != int(value):

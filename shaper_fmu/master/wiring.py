@@ -20,7 +20,7 @@ def signal_order(
     clocked: Callable[[Port], bool] = lambda port: False,
     sampled: set[Port] | None = None,
 ) -> tuple[list[Port], list[Loop]]:
-    """The connected inputs, ordered so that each comes after those that act on its source without delay; and the loops.
+    """The connected inputs, each after those that act on its source without delay; and the loops.
 
     `connections` maps an input to its source; `inputs_of` gives the inputs that an output depends on without delay. Each
     loop is cut at its first input, which then comes before what acts on it. A loop through a variable that is `clocked` is none:

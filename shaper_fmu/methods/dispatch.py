@@ -28,7 +28,7 @@ from shaper_fmu.methods.record import FIRST_FOREIGN, Method
 
 @dataclass(frozen=True)
 class Question:
-    """A function to be made: `name`(`arguments`) is what the method's `field` answers, or `otherwise` where that is None."""
+    """A function to generate: `name`(`arguments`) returns the method's `field`, or `otherwise` if that is None."""
 
     name: str
     arguments: str

@@ -15,7 +15,7 @@ FIRST_FOREIGN = 100
 
 @dataclass(frozen=True, kw_only=True)
 class Method:
-    """Base of the records.
+    """Base class of the records.
 
     Attributes:
         name: in the enumeration, as users write it.
@@ -55,7 +55,7 @@ class Method:
 
     @property
     def item(self) -> str:
-        """An item of a list: its name, and what it is."""
+        """An item of a list: its name and its summary."""
         return f"- {self.name}: {self.described}"
 
 

@@ -76,7 +76,7 @@ class Metric(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field=
     """What people see is the value times this; used with a unit of its own."""
 
     def needs(self) -> Needs:
-        """What is to be gathered."""
+        """The quantities that the loop gathers."""
         return Needs(self.output)
 
     def values(self, gathered: np.ndarray) -> np.ndarray:
@@ -88,7 +88,7 @@ class Metric(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field=
         return (gathered["begin"] >= gathered["time"]) & bool(self.needs().command)
 
     def problem(self, row: Any) -> str:
-        """Words for a run that is unfinished."""
+        """The message for an unfinished run."""
         return f"{self.needs().command} has not come to its end by t = {row['time']:g} s; run for longer"
 
     @classmethod
@@ -103,5 +103,5 @@ class Metric(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field=
 
     @classmethod
     def summary(cls) -> str:
-        """What it is, in a line."""
+        """A description in one line."""
         return (cls.__doc__ or "").partition("\n")[0].removesuffix(".")

@@ -65,7 +65,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Map:
-    """Values over two axes, in colours with contour lines; a panel each for what is compared, in one scale.
+    """Values over two axes, in colours with contour lines, with one scale and a panel per case.
 
     Attributes:
         key: short name, for the picture's file name.

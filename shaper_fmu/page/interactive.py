@@ -105,7 +105,7 @@ def interactive_map(map_: Map) -> str:
 
 
 def _escaped(text: str) -> str:
-    """Text as plotly shows it as it stands: it takes some tags for formatting, and $ for the begin of a formula."""
+    """Text that plotly shows unchanged: otherwise it takes some tags for formatting, and $ for the start of a formula."""
     return html.escape(text, quote=False).replace("$", "&#36;")
 
 

@@ -11,7 +11,7 @@ from shaper_fmu.methods.record import Method
 
 @dataclass(frozen=True, kw_only=True)
 class ProfileMethod(Method):
-    """A profile: kernel functions of the move over the unit distance, each with those of these arguments that it names.
+    """A profile: kernel functions of the move over the unit distance; each names the arguments that it takes.
 
     s and duration in s; natural_frequency in rad/s and damping_ratio of the mode to leave at rest; max_velocity in 1/s and
     max_acceleration in 1/s2, 1e300 for none; ramp is what `ramp` gives; i numbers events from 0.

@@ -10,7 +10,7 @@ from shaper_fmu.methods.record import Method
 
 @dataclass(frozen=True, kw_only=True)
 class PulseMethod(Method):
-    """A design of on/off commands. Its parameters become those of PulseTrain, and options of the command `design`.
+    """A design of on/off commands. Its parameters become parameters of PulseTrain and options of the command `design`.
 
     Attributes:
         switches: kernel (m, room): writes the times [s] at which the command switches, since its start, into m.switch_time, which

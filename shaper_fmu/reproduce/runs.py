@@ -17,7 +17,7 @@ from shaper_fmu.metrics.final import Final
 
 @dataclass(frozen=True)
 class Left:
-    """What a command leaves of the vibration, as shares of 1.
+    """The residual vibration of a command, as shares of 1.
 
     Attributes:
         relative: envelope over that of a step, both at the end of the run (and so at any time after the command).

@@ -10,7 +10,7 @@ from shaper_fmu.methods.record import Method
 
 @dataclass(frozen=True, kw_only=True)
 class ShaperMethod(Method):
-    """A shaper. Its parameters become those of InputShaper, and options of `shaper` and of the command `design`.
+    """A shaper. Its parameters become parameters of InputShaper, and options of `shaper` and of the command `design`.
 
     Attributes:
         impulses: kernel (m, damping_ratio): writes the sequence for one mode of 1 rad/s into m.factor_amplitude and

@@ -28,7 +28,7 @@ _OMS_NAMESPACES = (OMS_URI, "http://openmodelica.org/oms", None)
 
 @dataclass(frozen=True)
 class RunSettings:
-    """A step size [s] and an algorithm, with the name of the tool whose annotation tells them."""
+    """A step size [s] and an algorithm, with the name of the tool whose annotation contains them."""
 
     tool: str
     step_size: float
@@ -36,7 +36,7 @@ class RunSettings:
 
 
 def run_settings(annotations: Iterable[str]) -> list[RunSettings]:
-    """What annotations, given as XML text, tell; OMSimulator's first, as it says more of the order. Raises ModelError."""
+    """The settings in annotations, given as XML text; OMSimulator's first, as they define more. Raises ModelError."""
     found = []
     for text in annotations:
         annotation = etree.fromstring(text)

@@ -76,7 +76,7 @@ def read_variant(files: Mapping[str, bytes], variant: str | None = None) -> Syst
 
 
 def _file_of(files: Mapping[str, bytes], variant: str | None) -> str:
-    """The file name of a variant, the default one if it is None."""
+    """The file name of a variant; the default one if it is None."""
     if DESCRIPTION not in files:
         raise ArchiveError(f"no {DESCRIPTION}, so this is not an SSP archive")
     if variant is None:
@@ -132,7 +132,7 @@ def pack_ssp(folder: Path | str, fmus: Path | str, target: Path | str | None = N
 
 
 def archive_of(folder: Path | str) -> Path:
-    """The archive that a folder is packed into: beside it, and of its name."""
+    """The archive into which a folder is packed: beside it, with its name."""
     folder = Path(folder)
     named = folder if folder.name not in ("", "..") else folder.resolve()
     return named.with_name(named.name + ".ssp")

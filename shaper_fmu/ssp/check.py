@@ -32,7 +32,7 @@ _READERS = {".ssv": read_parameter_set, ".ssm": read_mapping, ".ssb": read_dicti
 
 
 def check_ssp(path: Path | str) -> list[str]:
-    """Every problem of an archive, "file, line N: words", by file and line; empty if there is none.
+    """The problems of an archive as "file, line N: message", by file and line; empty if there are none.
 
     An archive that cannot be read at all, or is hostile, has the one problem that says so.
     """
@@ -78,7 +78,7 @@ def file_findings(files: Mapping[str, bytes]) -> list[Finding]:
 
 
 def _check_description(files: Mapping[str, bytes], name: str) -> Files:
-    """What is found in a description and all that it refers to."""
+    """The findings of a description and everything that it refers to."""
     own, found = resolve(files, name)
     if found is not None:
         _check_experiment(found.structure, name, own.findings)
@@ -120,7 +120,7 @@ def _time_problems(system: System, start: float, stop: float, step: float) -> li
 
 
 def _check_fmus(found: Resolved) -> None:
-    """What is wrong with FMUs, but does not keep them from being read."""
+    """Faults of FMUs that do not prevent reading them."""
     for path, fmu in found.network.fmus.items():
         place = found.network.places[path]
         assert isinstance(place.element, Component)
@@ -132,7 +132,7 @@ def _check_fmus(found: Resolved) -> None:
 
 
 def _library_problems(fmu: Fmu) -> list[str]:
-    """What is wrong with the FMU's libraries for this machine."""
+    """Problems of the FMU's libraries for this machine."""
     folder, name = (fmpy.platform_tuple if fmu.version == 3 else fmpy.platform), fmu.co_simulation.modelIdentifier
     binaries = fmu.folder / "binaries"
     if (binaries / folder / f"{name}{fmpy.sharedLibraryExtension}").is_file():
@@ -152,7 +152,7 @@ def _check_sets(found: Resolved) -> None:
 
 
 def _check_run(found: Resolved) -> None:
-    """What stops the whole system from being run by our master."""
+    """Problems that prevent our master from running the whole system."""
     reported, structure = found.system.check(), found.structure
     with contextlib.suppress(ModelError):  # of an annotation, which is told
         start, stop, step = structure.start_time or 0.0, structure.stop_time, structure.step_size

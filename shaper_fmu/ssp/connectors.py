@@ -56,7 +56,7 @@ def _check_declared(scope: Scope, path: str, element: Element) -> None:
 
 
 def _component_fmu(files: Files, scope: Scope, component: Component) -> Fmu | None:
-    """The FMU of a component that is one; None if it has none that can be run, which is told."""
+    """The FMU of a component; None, with a finding, if it has none that can be run."""
 
     def report(message: str) -> None:
         scope.report(component.line, f"component {component.name!r}{message}")

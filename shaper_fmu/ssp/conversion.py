@@ -70,7 +70,7 @@ def transformed(
 def value_table(
     transformation: Transformation | None, values: Sequence[int], source: Mapping[str, int] | None, target: Mapping[str, int] | None
 ) -> list[int]:
-    """What the values of a boolean (0 and 1), an integer or an enumeration become. Raises ModelError."""
+    """The mapping of the values of a boolean (0 and 1), an integer or an enumeration. Raises ModelError."""
     if transformation is None:
         return list(values)
     if isinstance(transformation, LinearTransformation):

@@ -91,7 +91,7 @@ class ParameterBinding(Node):
 
 @dataclass
 class Connector(Node):
-    """A connector: its name, its kind ("input", "output", "parameter", ...), its type if told, its dimensions and clocks."""
+    """A connector: its name, its kind ("input", "output", "parameter", ...), its type if declared, its dimensions and clocks."""
 
     name: str
     kind: str
@@ -102,7 +102,7 @@ class Connector(Node):
 
 @dataclass
 class Element(Node):
-    """What components, systems and dictionary references have. Geometry is in `extra`."""
+    """The common part of components, systems and dictionary references. Geometry is in `extra`."""
 
     name: str
     connectors: list[Connector] = field(default_factory=list)
@@ -115,7 +115,7 @@ class Element(Node):
 
 @dataclass
 class Component(Element):
-    """A component: the path of its FMU (or .ssp, or .ssd) inside the archive; None (version 2.0) if there is none yet."""
+    """A component: the path of its FMU (or .ssp, or .ssd) inside the archive; None (version 2.0) if it has no source yet."""
 
     source: str | None = None
     type: str = FMU_TYPE
@@ -131,7 +131,7 @@ class DictionaryReference(Element):
 
 @dataclass
 class Connection(Node):
-    """A connection between two connectors; an element of None is the system itself. Start and end tell no direction."""
+    """A connection between two connectors; an element of None is the system itself. Start and end imply no direction."""
 
     start_element: str | None
     start_connector: str
@@ -204,17 +204,17 @@ class SystemDescription(File):
 
     @property
     def start_time(self) -> float | None:
-        """The default start time [s]; None if the file does not tell."""
+        """The default start time [s]; None if the file has none."""
         return self.experiment.start_time if self.experiment else None
 
     @property
     def stop_time(self) -> float | None:
-        """The default stop time [s]; None if the file does not tell."""
+        """The default stop time [s]; None if the file has none."""
         return self.experiment.stop_time if self.experiment else None
 
     @property
     def settings(self) -> list[RunSettings]:
-        """What the annotations of OMSimulator and OSP tell of the step size and the algorithm; the first one counts."""
+        """Step size and algorithm from the annotations of OMSimulator and OSP; the first one counts."""
         return run_settings(annotation.xml for annotation in self.all_annotations())
 
     @property

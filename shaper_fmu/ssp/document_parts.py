@@ -17,7 +17,7 @@ class Annotation:
 
 @dataclass(kw_only=True)
 class Node:
-    """What all elements have.
+    """The common part of all elements.
 
     `attributes` are those without a field ("name" or "{namespace}name"), `extra` the child elements without one, as XML text.
     """
@@ -32,7 +32,7 @@ class Node:
 
 @dataclass(kw_only=True)
 class File(Node):
-    """What the root elements have: the version of the standard, the file's name, and its prefixes besides the standard's."""
+    """The common part of root elements: version of the standard, file name, and prefixes besides the standard's."""
 
     version: str = "1.0"
     namespaces: dict[str, str] = field(default_factory=dict)

@@ -51,7 +51,7 @@ def write_system(
     description: str | None = None,
     more: Mapping[str, bytes] | None = None,
 ) -> Path:
-    """Write a system as an .ssp archive of version 1.0, so that other tools run it: flat, with a parameter set for each component.
+    """Write a system as an .ssp archive of version 1.0 that other tools run: flat, with a parameter set per component.
 
     It is of version 2.0 if arrays of FMI 3.0 have values, which version 1.0 does not know.
 
@@ -113,7 +113,7 @@ def _own_sets(system: System) -> dict[str, str]:
 
 
 def _array_problems(system: System) -> list[str]:
-    """Connections of elements of FMI 3.0 arrays: version 1.0 of the standard knows variables alone."""
+    """Problems of connected elements of FMI 3.0 arrays: version 1.0 of the standard connects only variables."""
     return [
         f"{'.'.join(port)} is an element of an array; SSP 1.0 connects variables alone"
         for ends in system.connections.items()
@@ -123,7 +123,7 @@ def _array_problems(system: System) -> list[str]:
 
 
 def _sources(system: System, files: dict[str, bytes]) -> dict[str, str]:
-    """Add each FMU once to the files, and tell its path for each instance."""
+    """Add each FMU once to the files, and return its path for each instance."""
     paths: dict[str, str] = {}
     for fmu in system.fmus.values():
         if fmu.digest not in paths:
@@ -259,7 +259,7 @@ def _mapping(system: System, source: tuple[str, str], target: tuple[str, str]) -
 
 
 def _converted(system: System, source: tuple[str, str], target: tuple[str, str]) -> tuple[float, float] | None:
-    """What reading the file does by the units alone; None if it cannot."""
+    """The conversion that a reader does by the units alone; None if it cannot."""
     try:
         return unit_conversion(*(fmu_unit(system.fmus[name], variable) for name, variable in (source, target)))
     except ModelError:

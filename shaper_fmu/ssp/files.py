@@ -36,7 +36,7 @@ class Files:
         self.unreadable: set[str] = set()
 
     def find(self, source: str, base: str, report: Callable[[str], object]) -> str | None:
-        """The archive's file that a source names, relative to the file `base`; None if that is told as wrong."""
+        """The archive's file that a source names, relative to the file `base`; None, with a finding, if it is wrong."""
         try:
             found = path_of(source, base)
         except ArchiveError as error:
@@ -48,7 +48,7 @@ class Files:
         return None
 
     def read(self, path: str, read: Reader[T], content: bytes | None = None) -> T | None:
-        """A file's document, as far as it can be read; None if that is nothing, which is told. `content` if it is elsewhere."""
+        """A file's document, as far as it can be read; None, with a finding, if it cannot. `content` if it is elsewhere."""
         if path not in self.seen:
             self.seen[path] = self._validated(self.content[path] if content is None else content, path, read)
         return self.seen[path]  # pyright: ignore[reportReturnType]
@@ -64,7 +64,9 @@ class Files:
         read: Reader[T],
         lacking: Weight,
     ) -> T | None:
-        """What a source names, or else what is inline; None if there is nothing, which is told (`lacking`: if both are missing)."""
+        """The document that a source names, or the one inline; None, with a finding, if there is neither (`lacking`: if both are
+        missing).
+        """
         if source is not None and inline is not None:
             scope.report(line, f"{what} has both a source and {parts} inline", Weight.NOTE)
         if source is None:
@@ -84,8 +86,9 @@ class Files:
         self.content.update({f"{archive}/{name}": content for name, content in inner.items()})
 
     def _validated(self, content: bytes, path: str, read: Reader[T]) -> T | None:
-        """Findings are the schema's, and the reader's at lines of which the schema says nothing; where the reader has any, meaning
-        is lost."""
+        """The findings of the schema, and those of the reader in lines without findings of the schema. Where the reader has
+        findings, meaning is lost.
+        """
         try:
             invalid = [_split(problem, path) for problem in schema_problems(content, path)]
         except ArchiveError as error:
@@ -107,7 +110,7 @@ class Files:
 
 
 def _split(problem: str, file: str) -> Key:
-    """File, line and words of "file, line N: words"."""
+    """File, line and message of "file, line N: message"."""
     match = _PROBLEM.match(problem)
     return (match[1], int(match[2]), match[3]) if match else (file, 0, _bare(problem, file))
 

@@ -13,7 +13,7 @@ Key = tuple[str, int, str]
 
 
 class Weight(IntEnum):
-    """What follows from a finding."""
+    """The consequence of a finding."""
 
     DEVIATION = 0
     """It is not as the standard wants it, but does not stop a run, nor is anything ignored."""
@@ -49,13 +49,13 @@ class Finding:
 
 @dataclass
 class Findings:
-    """All findings, each once, with the gravest weight that was told; `lost` are (file, line) where meaning could not be read."""
+    """All findings, each once, with its highest weight; `lost` are (file, line) whose meaning could not be read."""
 
     lost: set[tuple[str, int]] = field(default_factory=set)
     _weights: dict[Key, Weight] = field(default_factory=dict)
 
     def report(self, file: str, line: int, message: str, weight: Weight) -> Key:
-        """Note a finding, unless meaning is lost in its line, which is told already."""
+        """Add a finding, unless the meaning of its line is lost, which is reported already."""
         key = file, line, message
         if (file, line) not in self.lost:
             self._weights[key] = max(weight, self._weights.get(key, weight))
@@ -76,6 +76,6 @@ class Findings:
         return (Finding(*key, weight) for key, weight in self._weights.items())
 
     def texts(self, weight: Weight, upto: Weight = Weight.LOAD) -> list[str]:
-        """Those of this weight, or of one up to another, in words, sorted by file and line."""
+        """Findings of this weight, or from one weight up to another, as texts, sorted by file and line."""
         found = sorted((one for one in self if weight <= one.weight <= upto), key=lambda one: (one.file, one.line))
         return [str(one) for one in found]

@@ -80,7 +80,7 @@ class SspSystem:
         raise ModelError([f"{name!r}: there is no instance {element!r}.{nearest(element, known) or nearest(name, names)}"])
 
     def apply(self, values: ParameterSet, findings: Findings | None = None) -> None:
-        """Set all values of a set, or none: then ModelError tells every problem, an input that something feeds among them.
+        """Set all values of a set, or none: then ModelError lists every problem, such as a value for a connected input.
 
         `findings` are those of its file.
         """
@@ -93,7 +93,7 @@ class SspSystem:
             self.system.start_values[instance].update(own)
 
     def checked(self, values: ParameterSet, findings: Findings) -> list[tuple[str, dict[str, float | int | bool]]]:
-        """The start values by instance that a set gives; what is wrong goes to `findings`."""
+        """The start values by instance in a set; problems are added to `findings`."""
         found = []
         for (path, variable), setting in settings_of(self.network, values, findings).items():
             instance, given = self.instances[path], setting.given

@@ -15,7 +15,7 @@ def check_loops(network: Network) -> None:
     nodes = {_port(end): end for wire in network.into.values() for end in (wire.source, wire.target)}
 
     def acting(port: Port) -> list[Port]:
-        """What acts on a source without delay: inputs of its FMU, or the connector itself, which something drives."""
+        """The connectors that act on a source without delay: inputs of its FMU, or the connector itself if something drives it."""
         node = nodes[port]
         fmu = network.fmus.get(node.path)
         return [port] if fmu is None else [_port(Node(node.path, name)) for name in declared_inputs(fmu, node.name)]
@@ -31,7 +31,7 @@ def check_loops(network: Network) -> None:
 
 
 def declared_inputs(fmu: Fmu, output: str) -> list[str]:
-    """Inputs on which the FMU says that an output depends without delay; none if it says nothing."""
+    """Inputs on which an output depends without delay, as the FMU declares; none if it declares nothing."""
     for unknown in fmu.description.outputs:
         if unknown.variable is not None and output in (unknown.variable.name, *fmu.elements_of(str(unknown.variable.name))):
             return [str(v.name) for v in unknown.dependencies or [] if v.causality == "input"]

@@ -27,7 +27,7 @@ Holder = SystemDescription | ParameterSet | SignalDictionary
 
 @dataclass
 class UnknownUnit(Unit):
-    """A unit of which nothing but the name is known: a base unit of its own, or the one that is called so.
+    """A unit of which only the name is known: a base unit of its own, or the base unit of this name.
 
     `told` are the findings that say so: none if it is an FMU that does not define it.
     """
@@ -37,7 +37,7 @@ class UnknownUnit(Unit):
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a value is: its kind ("real", "integer", ...), unit and enumeration's items; None where they are not told."""
+    """Kind ("real", "integer", ...), unit and enumeration items of a value; None if they are not declared."""
 
     kind: str
     unit: Unit | None = None
@@ -46,7 +46,7 @@ class Meaning:
 
 @dataclass(frozen=True)
 class Scope:
-    """A file, with the units and enumerations that count in it; words name elements from its root system `root` on."""
+    """A file with its units and enumerations; messages name elements from its root system `root` on."""
 
     file: str
     root: str
@@ -56,7 +56,7 @@ class Scope:
 
     @staticmethod
     def of(holder: Holder, file: str, root: str, findings: Findings) -> Scope:
-        """The scope of a description, a dictionary or a parameter set; what it declares twice is told."""
+        """The scope of a description, a dictionary or a parameter set; double declarations are reported."""
         scope = Scope(file, root, findings, {u.name: u for u in holder.units}, {e.name: e for e in holder.enumerations})
         for what, found in (("unit", holder.units), ("enumeration", holder.enumerations)):
             twice = repeated(item.name for item in found)
@@ -79,20 +79,20 @@ class Scope:
         return self.report(line, message, Weight.DEVIATION)
 
     def label(self, path: str, name: str = "") -> str:
-        """How an element, or a connector of it, is called in words."""
+        """The name of an element, or of its connector, in messages."""
         if self.root and (path == self.root or path.startswith(f"{self.root}.")):
             path = path[len(self.root) + 1 :]
         return ".".join(filter(None, (path, name))) or "the system"
 
     def unit(self, name: str | None, what: str, line: int) -> Unit | None:
-        """The unit of this name; that it is not declared is told."""
+        """The unit of this name; if it is not declared, that is reported."""
         if name is None or name in self.units:
             return None if name is None else self.units[name]
         key = self.report_deviation(line, f"{what}: unit {name!r} is not declared in Units.{nearest(name, self.units)}")
         return UnknownUnit(name, {name: 1}, reported=(key,))
 
     def items(self, name: str | None, what: str, line: int) -> Mapping[str, int] | None:
-        """The items of the enumeration of this name; that it is not declared is told."""
+        """The items of the enumeration of this name; if it is not declared, that is reported."""
         if name is None or name in self.enumerations:
             return None if name is None else self.enumerations[name].items
         self.report_deviation(
@@ -101,12 +101,12 @@ class Scope:
         return None
 
     def meaning(self, type_: DataType, what: str, line: int) -> Meaning:
-        """What a type of this file means."""
+        """The meaning of a type of this file."""
         return Meaning(kind_of_type(type_.name), self.unit(type_.unit, what, line), self.items(type_.enumeration, what, line))
 
 
 def completed(own: Meaning | None, other: Meaning | None) -> Meaning | None:
-    """A meaning, and what it leaves open by another one of the same kind."""
+    """A meaning, with its open parts taken from another one of the same kind."""
     if own is None or other is None or own.kind != other.kind:
         return own or other
     return Meaning(own.kind, own.unit or other.unit, own.items or other.items)
@@ -118,7 +118,7 @@ def kind_of_type(name: str) -> str:
 
 
 def fmu_meaning(fmu: Fmu, name: str) -> Meaning:
-    """What an FMU's variable is, in the words of SSP; of an array, its first element."""
+    """The meaning of an FMU's variable in terms of SSP; of an array, that of its first element."""
     variable = fmu.variables[fmu.elements_of(name)[0]]
     return Meaning(kind_of(variable), fmu_unit(fmu, str(variable.name)), items_of(variable) or None)
 
@@ -137,7 +137,7 @@ def fmu_unit(fmu: Fmu, name: str) -> Unit | None:
 
 
 def units_differ(one: Unit | None, other: Unit | None) -> bool:
-    """Whether both are told, and of different kinds."""
+    """Whether both units are declared, and of different kinds."""
     if one is None or other is None or one.exponents == other.exponents:
         return False
     return one.name != other.name or not (isinstance(one, UnknownUnit) or isinstance(other, UnknownUnit))
@@ -146,7 +146,7 @@ def units_differ(one: Unit | None, other: Unit | None) -> bool:
 def misfits(
     scope: Scope, line: int, what: str, source: Meaning, target: Meaning, transformation: Transformation | None, suppressed: bool
 ) -> list[Key]:
-    """Tell why values of one meaning cannot become values of another. Returns the findings, or those that say it already."""
+    """Report why values of one meaning cannot become values of another. Returns the findings, new or existing."""
     if isinstance(transformation, MappingTransformation):
         return [
             scope.report_deviation(transformation.line, message) for message in _table_misfits(what, transformation, source, target)
@@ -167,7 +167,7 @@ def misfits(
 
 
 def unit_misfits(scope: Scope, line: int, one: Unit | None, other: Unit | None, message: str, **more: str) -> list[Key]:
-    """Tell that units are of different kinds; nothing if one is not declared, which is told already and returned."""
+    """Report that units are of different kinds. An undeclared unit has been reported already; that finding is returned."""
     if one is None or other is None or not units_differ(one, other):
         return []
     reported = [key for unit in (one, other) if isinstance(unit, UnknownUnit) for key in unit.reported]
@@ -191,6 +191,6 @@ def _table_misfits(what: str, table: MappingTransformation, source: Meaning, tar
 
 
 def repeated(names: Iterable[str]) -> set[str]:
-    """Names that are there more than once."""
+    """Names that occur more than once."""
     seen: set[str] = set()
     return {name for name in names if name in seen or seen.add(name)}

@@ -39,7 +39,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Wire:
-    """What leads from one node to another. `faults` are findings by which it may fail."""
+    """A wire from one node to another. `faults` are findings by which it may fail."""
 
     source: Node
     target: Node
@@ -63,7 +63,7 @@ class WireError(ModelError):
         self.faults = reported or wire.faults
 
     def report(self, findings: Findings, weight: Weight = Weight.LOAD) -> None:
-        """Refuse the system for the findings by which the wire fails, or where there are none in these words."""
+        """Refuse the system: by the findings for which the wire fails, or else by these messages."""
         findings.weigh(self.faults, weight)
         for one in () if self.faults else self.message:
             findings.report(self.wire.scope.file, self.wire.line, one, weight)
@@ -115,14 +115,14 @@ class Network:
             yield from self.paths_from(wire.target, (*before, wire))
 
     def unit(self, node: Node) -> Unit | None:
-        """The unit of the numbers at a node: the FMU's, or what the file declares, or else that of the connectors inside."""
+        """The unit of the numbers at a node: the FMU's, or the declared one, or that of the connectors inside."""
         if self.is_variable(node) and (unit := fmu_unit(self.fmus[node.path], str(self.variable(node).name))) is not None:
             return unit
         declared = self.declared(node)
         return declared.unit if declared is not None and declared.unit is not None else self._deduced_unit(node)
 
     def declared(self, node: Node) -> Meaning | None:
-        """What the file says of a connector or a signal."""
+        """The file's declaration of a connector or a signal."""
         dictionary, scope = self.structure.dictionaries.get(node.path, (None, None))
         if dictionary is not None and scope is not None:
             entry = next((entry for entry in dictionary.entries if entry.name == node.name), None)
@@ -145,13 +145,13 @@ class Network:
         return self.unit(self.into[node].source) if node in self.into else None
 
     def meaning(self, node: Node) -> Meaning | None:
-        """What goes through a node: what the file declares, and what that leaves open by the FMU's variable."""
+        """The meaning of a node's signal: declared in the file, completed by the FMU's variable."""
         own = self.declared(node)
         theirs = fmu_meaning(self.fmus[node.path], node.name) if self.is_variable(node) else None
         return completed(own, theirs)
 
     def taken(self, node: Node) -> Meaning | None:
-        """What a node takes as a value: an FMU's variable, or a connector of which the file tells the type."""
+        """The meaning of the values that a node accepts: an FMU's variable, or a connector with a declared type."""
         if self.is_variable(node):
             found = fmu_meaning(self.fmus[node.path], node.name)
             return Meaning(found.kind, self.unit(node), found.items)
@@ -166,7 +166,7 @@ class Network:
         return declared.items if declared is not None else None
 
     def affine(self, wires: list[Wire]) -> Affine:
-        """What a path does to the value of an FMU's output, as gain and offset. Raises WireError."""
+        """The gain and offset of a path for an FMU's output. Raises WireError."""
         if not wires:
             return IDENTITY
         if self._is_mapped(wires):
@@ -182,7 +182,7 @@ class Network:
         return total
 
     def conversion(self, wire: Wire, unit: Unit | None) -> tuple[Affine, Unit | None]:
-        """From the unit of a value to that of a wire's end; and that unit, or the old one if there is none. Raises WireError."""
+        """The conversion from a value's unit to that of a wire's end; and that unit, or the old one without it. Raises WireError."""
         target = self.unit(wire.target)
         if wire.suppress:
             return IDENTITY, target or unit
@@ -193,7 +193,7 @@ class Network:
             raise WireError(wire, [f"unit {one} does not convert to {other}"], unit, target) from None
 
     def mapping(self, wires: list[Wire]) -> dict[int, int] | None:
-        """What a path changes of a boolean (0, 1), an integer or an enumeration; None for real numbers. Raises WireError."""
+        """A path's mapping of a boolean (0, 1), an integer or an enumeration; None for real numbers. Raises WireError."""
         if not self._is_mapped(wires):
             return None
         # what no mapping names stays as it is, so that integers without bounds need no list of all

@@ -42,7 +42,7 @@ def check_parameter_sets(loaded: SspSystem, findings: Findings) -> None:
 
 
 def parameter_set_problems(loaded: SspSystem) -> list[str]:
-    """Every problem of the archive's own sets, in words."""
+    """The problems of the archive's own sets, as messages."""
     findings = Findings()
     check_parameter_sets(loaded, findings)
     return findings.texts(Weight.LOAD)

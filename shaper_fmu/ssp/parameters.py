@@ -50,7 +50,7 @@ SETTABLE = ("parameter", "structuralParameter", "input")
 
 @dataclass(frozen=True)
 class Given:
-    """A value of a set: where it is given and what it is called in words; `faults` are findings by which it may be refused."""
+    """A value of a set: its place and its name in messages; `faults` are findings by which it may be refused."""
 
     scope: Scope
     line: int
@@ -58,7 +58,7 @@ class Given:
     faults: tuple[Key, ...] = ()
 
     def refuse(self, problems: list[str]) -> None:
-        """Refuse the system for the findings that there are, or else in these words."""
+        """Refuse the system: by existing findings, or else by this message."""
         self.scope.findings.weigh(self.faults, Weight.LOAD)
         for problem in () if self.faults else problems:
             self.scope.report(self.line, f"{self.what}: {problem}")
@@ -99,7 +99,7 @@ def settings_of(network: Network, values: ParameterSet, findings: Findings) -> S
 
 
 def targets(network: Network, place: Place, name: str) -> list[Node] | None:
-    """The connectors and variables that a name means at a place; None if that cannot be told."""
+    """The connectors and variables that a name refers to at a place; None if that cannot be determined."""
     if isinstance(place.element, Component):
         fmu = network.fmus.get(place.path)
         if fmu is None:
@@ -151,7 +151,7 @@ def _document(
     inline: T | None,
     read: Reader[T],
 ) -> T | None:
-    """What a reference's source names, in the archive or in the FMU; or else what is inline."""
+    """The document that a reference's source names, in the archive or in the FMU, or the one inline."""
     source, line, files = reference.source, reference.line, network.structure.files
     if source is None or reference.source_base == "SSD":
         return files.document(scope, line, what, source, inline, inside, read, Weight.LOAD)
@@ -254,7 +254,7 @@ class _Set:
             self.settings[end.path, end.name] = Setting(value, Given(own.scope, own.line, own.what, faults))
 
     def _number_faults(self, values: list[Scalar], node: Node, given: Given) -> Iterator[Key]:
-        """What is wrong with values in the FMU's type and unit, and by the FMU's limits."""
+        """Problems of values in the FMU's type and unit, and by the FMU's limits."""
         fmu, variable = self.network.fmus[node.path], self.network.variable(node)
         unit = fmu.unit_of(str(variable.name))
         unit = f" {unit}" if unit and unit != "1" else ""

@@ -106,7 +106,7 @@ class Use:
 
 
 def portable_problems(path: Path | str) -> list[str]:
-    """What of an archive's default description other tools do not do, a line for each use. Raises ArchiveError or ModelError."""
+    """Features of an archive's default description that other tools lack, a line per use. Raises ArchiveError or ModelError."""
     return [str(use) for use in uses(read_archive(read_file(Path(path)), Path(path).name))]
 
 

@@ -93,7 +93,7 @@ class Reader:
         return text
 
     def rest(self, node: etree._Element, attributes: tuple[str, ...] = (), children: tuple[str, ...] = ()) -> dict[str, Any]:
-        """What every element has (the fields of `Node`), given the attributes and children that have fields of their own."""
+        """The fields of `Node`, given the attributes and children that have their own fields."""
         known = ("id", "description", *attributes)
         return {
             "id": node.get("id"),
@@ -195,7 +195,7 @@ def elements(node: etree._Element) -> Iterator[etree._Element]:
 
 
 def raw(node: etree._Element) -> str:
-    """An element as XML text that stands alone: canonical, with the prefixes that it uses, in its values, too."""
+    """An element as independent XML text: canonical, with the prefixes that it uses, also in its values."""
     texts = [text for part in node.iter(etree.Element) for text in (part.text or "", *part.attrib.values())]
     used = {prefix for text in texts for prefix in re.findall(r"([A-Za-z_][\w.-]*):", str(text))}
     kept = sorted(prefix for prefix in {p for part in node.iter(etree.Element) for p in part.nsmap if p} if prefix in used)

@@ -42,7 +42,7 @@ class Resolved:
 
 
 def resolve(content: Mapping[str, bytes], name: str) -> tuple[Files, Resolved | None]:
-    """The description of this file name in an archive's files; None if nothing of it can be read, as the files' findings tell."""
+    """The description of this file name in an archive's files; None if nothing of it can be read, with findings in the files."""
     files = Files(content, Findings())
     structure = files.read(name, read_description)
     if structure is None:

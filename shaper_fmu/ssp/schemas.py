@@ -21,7 +21,7 @@ _NAMES = {f"{{{uri}}}": f"{prefix}:" for prefix, uri in PREFIXES.items()}
 
 
 def schema_problems(content: bytes, file: str) -> list[str]:
-    """Every finding of the schema of the file's version: "file, line N: words". Raises ArchiveError if it is no readable XML."""
+    """The findings of the schema of the file's version: "file, line N: message". Raises ArchiveError if it is not readable XML."""
     undeclared: list[str] = []
     root = parse_xml(content, file, prefixes=USUAL_PREFIXES, findings=undeclared)
     version = root.get("version", "")
@@ -45,7 +45,7 @@ def _schema(major: str) -> etree.XMLSchema:
 
 
 def _plain(message: str) -> str:
-    """The validator's words, with the usual prefixes in place of namespaces."""
+    """The validator's message, with the usual prefixes instead of namespaces."""
     for namespace, prefix in _NAMES.items():
         message = message.replace(namespace, prefix)
     return re.sub(r"\s+", " ", message[:1].lower() + message[1:]).removesuffix(".").strip()

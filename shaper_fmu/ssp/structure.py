@@ -34,7 +34,7 @@ _MOST_ELEMENTS = 20_000
 
 @dataclass(frozen=True)
 class Place:
-    """An element where it is: its path ("" for the root system), that of its system, and its level (the root's is 0).
+    """An element with its path ("" for the root system), that of its system, and its level (the root's is 0).
 
     `component` is what the element stands for if that is the system of another structure, `outer` the file of the component (its
     bindings are the last ones of the system). `dictionary` is the key of a reference's dictionary.
@@ -88,7 +88,7 @@ class TooManyError(ShaperFmuError):
 
 
 def elements_of(description: SystemDescription, files: Files) -> Structure:
-    """The elements alone; none if they are too many."""
+    """The elements only; none if they are too many."""
     structure = Structure(files)
     scope = Scope.of(description, description.file, "", files.findings)
     try:
@@ -106,7 +106,7 @@ class _Walk:
     file: SystemDescription
 
     def system(self, place: Place, known: Mapping[str, str]) -> None:
-        """A system and what is in it; `known` are the keys of dictionaries by the names that references use here."""
+        """A system and its contents; `known` are the keys of dictionaries by the names that references use here."""
         system, scope = place.element, place.scope
         assert isinstance(system, SystemElement)
         self._put(place)
@@ -134,7 +134,7 @@ class _Walk:
         self.structure.put(place)
 
     def _path(self, parent: str, element: Element) -> str:
-        """The path of an element; one of a name that is empty or there already, which is told, has its line in it."""
+        """The path of an element; if its name is empty or taken, that is reported, and the path contains its line."""
         path = f"{parent}.{element.name}" if parent else element.name
         if not element.name or path in self.structure.places:
             path += f"(line {element.line})"
@@ -192,7 +192,7 @@ class _Walk:
         _Walk(self.structure, file).system(replace(place, element=system, scope=inner, component=component, outer=scope), known)
 
     def _described(self, place: Place, component: Component) -> tuple[SystemDescription, SystemElement, Scope] | None:
-        """The description that a component stands for, and its system in it; None if there is none, which is told."""
+        """The description that a component refers to, and its system; None, with a finding, if there is none."""
         scope, source, files = place.scope, component.source or "", self.structure.files
         name, _, fragment = source.partition("#")
 

@@ -25,7 +25,7 @@ _PERIODS, _REST, _STEPS = 2.0, 5.0, 200
 
 @dataclass(frozen=True)
 class Template:
-    """What was written: the file, the design, and whether the natural frequency [rad/s] was known."""
+    """The result: the file, the design, and whether the natural frequency [rad/s] was known."""
 
     path: Path
     natural_frequency: float
@@ -45,7 +45,7 @@ def write_template(
     natural_frequency: float | None = None,
     damping_ratio: float | None = None,
 ) -> Template:
-    """Write an archive in which MotionProfile and InputShaper lead to the plant's `input_`, and `output` can be watched.
+    """Write an archive that connects MotionProfile and InputShaper to the plant's `input_`, with `output` as the system's output.
 
     What is not given of the natural frequency [rad/s] and the damping ratio is asked of the plant, if it has such a variable;
     else 2 pi rad/s and 0 are taken, which the user has to correct in resources/shaper.ssv. The folder parameter_sets/ holds the

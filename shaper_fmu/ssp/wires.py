@@ -39,7 +39,7 @@ Drivers = dict[Node, list[tuple[Place, Node]]]
 
 @dataclass(frozen=True)
 class _End:
-    """An end of a connection: its node, whether values flow from it or to it, and what the standard's table asks for."""
+    """An end of a connection: its node, its direction, and its kind in the standard's table."""
 
     node: Node
     role: Literal["source", "target", "either"]
@@ -87,7 +87,7 @@ def _signal_faults(network: Network, node: Node) -> tuple[tuple[str, int, str], 
 
 
 def _lay(network: Network, place: Place, connection: Connection, drivers: Drivers) -> None:
-    """Lay the wire of a connection, in the direction that the connectors' kinds tell."""
+    """Lay the wire of a connection, in the direction of the connectors' kinds."""
     scope, line = place.scope, connection.line
     for side, element in (("startElement", connection.start_element), ("endElement", connection.end_element)):
         if element == "":  # as OMSimulator writes
@@ -140,7 +140,7 @@ def _wire(network: Network, place: Place, connection: Connection, start: Node, e
 
 
 def _meaning(network: Network, place: Place, node: Node) -> Meaning | None:
-    """What goes through a node, as the file of the connection sees it."""
+    """The meaning of a node's signal, seen from the connection's file."""
     found, theirs = network.places[node.path], network.meaning(node)
     connector = found.component.connector(node.name) if found.component is not None and found is not place else None
     if connector is None or connector.type is None or found.outer is None:
@@ -154,7 +154,7 @@ def _side(network: Network, node: Node, side: str) -> Node:
 
 
 def _end(network: Network, place: Place, line: int, element: str | None, connector: str, indices: list[int]) -> _End | None:
-    """An end of a connection in the system at `place`; None if there is none, which is told."""
+    """An end of a connection in the system at `place`; None, with a finding, if it does not exist."""
     scope = place.scope
     path = place.path if element is None else f"{place.path}.{element}" if place.path else element
     at = f"[{','.join(map(str, indices))}]" if indices else ""
@@ -190,7 +190,7 @@ def _end(network: Network, place: Place, line: int, element: str | None, connect
 
 
 def _causality(network: Network, path: str, name: str) -> str | None:
-    """The causality of the FMU's variable, whatever the file says: the flow is the FMU's."""
+    """The causality of the FMU's variable, whatever the file declares, since the FMU determines the flow."""
     fmu = network.fmus[path]
     variable = fmu.variables.get(fmu.elements_of(name)[0])
     return str(variable.causality) if variable is not None else None

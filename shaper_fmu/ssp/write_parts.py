@@ -76,7 +76,7 @@ def finish(element: etree._Element, node: Node) -> etree._Element:
 
 
 def kept(text: str) -> etree._Element:
-    """An element that was kept as text: a processing instruction with its rank and the text, which `to_bytes` puts in.
+    """An element kept as text: a processing instruction with its rank and the text, which `to_bytes` inserts.
 
     As an element, it would lose prefixes that its values may use: lxml drops what it takes for double declarations.
     """
@@ -155,7 +155,7 @@ def _text(value: int | None) -> str | None:
 
 
 def to_bytes(root: etree._Element) -> bytes:
-    """The file: UTF-8, our own elements indented, what was kept as it was."""
+    """The file: UTF-8, our own elements indented, kept text unchanged."""
     _indent(root, 0)
     declared = {f'xmlns:{prefix}="{uri}"' for prefix, uri in root.nsmap.items()}
     text = etree.tostring(root, encoding="unicode")

@@ -42,7 +42,7 @@ Point = tuple[str, tuple[Value, ...]]
 def run_study(
     study: Study, store: Path | str, progress: Progress | None = None, *, engine: Engine | None = None, retry_failed: bool = False
 ) -> dict[str, int]:
-    """Run what the store does not hold yet; a run that fails is kept with its reason. Returns the number of runs by status.
+    """Do the runs that the store lacks; a failed run is kept with its reason. Returns the number of runs by status.
 
     `engine`: serial in this process if None. With `retry_failed`, runs that have failed are run again. Raises ModelError before
     the first run if the study names what the system does not have, StudyError if the store is another study's or in use.
@@ -67,7 +67,7 @@ def run_study(
 
 
 def _within_limit(points: list[Point], opened: Store) -> list[Point]:
-    """As many of these points of a refinement as may be added; where that is not all, the store says so."""
+    """As many of a refinement's points as are allowed; if that is not all, the store records it."""
     most = max(_MOST_ADDED, _TIMES_ADDED * opened.study().count)
     left = most - opened.added()
     if len(points) > left:
@@ -80,7 +80,7 @@ def _within_limit(points: list[Point], opened: Store) -> list[Point]:
 
 
 def _notes_of(study: Study, loaded: SspSystem, job: Job) -> tuple[str, ...]:
-    """What a reader should know of each of the runs: what `Simulation.run` tells in its results' notes."""
+    """Notes on all runs, as `Simulation.run` gives them in its results."""
     treatment = treat_events(job.system, job.plan.exact)
     coupling = coupling_notes(job.system, treatment, job.plan.algorithm)
     return (*loaded.notes, *system_notes(job.system), *coupling, *sweep_step_notes(study, job.system))
@@ -111,7 +111,7 @@ def _run_planned(opened: Store, job: Job, engine: Engine, progress: Progress | N
 
 
 def engine_for(workers: int | None = None, dask: str | None = None) -> Engine:
-    """The engine that options ask for: Dask at an address ("local" for a cluster of its own), 0 workers for serial, or processes.
+    """The engine for these options: Dask at an address ("local" for a new cluster), 0 workers for serial, or processes.
 
     Raises StudyError for a negative number, and where Dask is not installed.
     """
@@ -171,13 +171,13 @@ def _give_start_value(system: System, name: str) -> None:
 
 
 def provenance_of(loaded: SspSystem) -> dict[str, Any]:
-    """What the numbers of a sweep come from: the version, and the digests of the system and its FMUs."""
+    """The provenance of a sweep: the version, and the digests of the system and its FMUs."""
     fmus = {name: fmu.digest for name, fmu in loaded.system.fmus.items()}
     return {"shaper-fmu": __version__, "system": loaded.digest, "fmus": fmus}
 
 
 def load_stored_system(store: Store) -> SspSystem:
-    """The system whose runs a store holds: where it was when they were done, or with the store, if both were moved.
+    """The system whose runs a store holds: at its original place, or with the store, if both were moved.
 
     Raises StudyError if it is not there, or has changed since, so that it would tell another story.
     """

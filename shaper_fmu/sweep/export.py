@@ -35,7 +35,7 @@ def column_kinds(study: Study) -> dict[str, type]:
 
 
 def _kind_of(study: Study, name: str) -> type:
-    """What a start value's column holds: numbers, or truth values, or texts if there is any."""
+    """The kind of a start value's column: numbers or truth values, or texts if there are any."""
     values = study.vary[name].values or []
     if any(isinstance(value, str) for value in values):
         return str

@@ -34,7 +34,7 @@ def sweep_system(
     retry_failed: bool = False,
     **options: Any,
 ) -> dict[str, int]:
-    """Run what the store does not hold yet of a sweep over the system; returns the number of runs by status.
+    """Do the runs of a sweep over the system that the store lacks; returns the number of runs by status.
 
     `vary` has `Vary` or lists of values, by "instance.variable". `workers` are processes, 0 for this one. `options` are the other
     fields of `Study`: compare, reference, refine, plan, algorithm, ... The system is written as an archive beside the store,
@@ -58,7 +58,7 @@ def sweep_system(
 
 
 def _check_untold(system: System, written: Structure) -> None:
-    """Raise StudyError for what the user has said of the system and an archive does not tell, so that runs would differ."""
+    """Raise StudyError for settings of the system that an archive cannot hold, since the runs would differ."""
     for what, name in (
         ("which outputs announce events", "event_outputs"),
         ("instances without event mode", "without_event_mode"),
@@ -70,7 +70,7 @@ def _check_untold(system: System, written: Structure) -> None:
 
 
 def _write_beside(store: Path, archive: Path, system: System) -> None:
-    """Write the archive, whose bytes follow from the system alone. StudyError if the runs of the store are of another one."""
+    """Write the archive, whose bytes depend only on the system. StudyError if the store's runs are of another one."""
     with tempfile.TemporaryDirectory(prefix="shaper-fmu-sweep-") as folder:
         content = write_system(system, Path(folder) / archive.name).read_bytes()
     if archive.is_file() and archive.read_bytes() == content:

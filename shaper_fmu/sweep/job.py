@@ -83,12 +83,12 @@ class Runner:
             self._end_copy()
 
     def _end_copy(self) -> None:
-        """End a process that an FMU has made of this one: no buffers flushed twice, nothing told."""
+        """End a process that an FMU has forked: without flushing buffers or reporting anything twice."""
         if os.getpid() != self._process:
             os._exit(1)
 
     def outcomes(self, tasks: Sequence[Task], now: int = 0) -> Iterator[list[Outcome]]:
-        """Do runs, short ones by the group; what fails is told in the outcome.
+        """Do runs, short ones in groups; a failure becomes an outcome.
 
         The number of the run at work is kept at the address `now`, unless that is 0: a process that watches this one can tell
         which run has ended it. Raises OccupiedError where the FMUs cannot be instantiated again in this process.

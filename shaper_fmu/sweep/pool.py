@@ -78,7 +78,7 @@ class Pool:
         self._workers.clear()
 
     def outcomes(self, feed: Feed) -> Iterator[list[Outcome]]:
-        """What becomes of all tasks that `feed` gives, as they are done. Raises what the workers raise before the first run."""
+        """The outcomes of all tasks of `feed`, as they are done. Raises the workers' errors before the first run."""
         while True:
             self._fill(feed)
             if not any(worker.open for worker in self._workers.values()) and not self._again and not self._suspects:
@@ -105,7 +105,7 @@ class Pool:
                     self._give(worker, tasks)
 
     def _next(self, feed: Feed, size: int, idle: bool = True) -> list[Task]:
-        """Tasks that are to be done again first, suspects last and alone, by a worker that has nothing else."""
+        """The next tasks: repeated ones first, suspects last and alone, on an idle worker."""
         if self._again:
             tasks, self._again = self._again[:size], self._again[size:]
             return tasks
@@ -128,7 +128,7 @@ class Pool:
         worker.child.put(tasks_frame(tasks))
 
     def _answered(self) -> Iterator[list[Outcome]]:
-        """Outcomes that have arrived; those of a worker that has ended are told by its end."""
+        """Outcomes that have arrived; an ended worker's outcomes follow from its end."""
         try:
             number, frame = self._answers.get(timeout=_POLL)
         except queue.Empty:
@@ -165,12 +165,12 @@ class Pool:
             yield from self._lost(worker, broken, False)
 
     def _is_open(self, worker: _Worker, outcome: Outcome) -> bool:
-        """Whether this is an answer to what the worker was asked."""
+        """Whether this is an answer to an open task of the worker."""
         is_valid = outcome.reason is not None if outcome.metrics is None else len(outcome.metrics) == len(self._job.metrics)
         return is_valid and outcome.id in worker.open
 
     def _lost(self, worker: _Worker, end: str, at_once: bool = True) -> Iterator[list[Outcome]]:
-        """A worker has ended: the run it was at is suspect, all others of its open ones are done again.
+        """A worker has ended: its current run is suspect, its other open runs are repeated.
 
         If it has gone on after what it ended for (not `at_once`), all of them are suspect.
         """

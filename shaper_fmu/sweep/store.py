@@ -42,7 +42,7 @@ class Task(msgspec.Struct, frozen=True, gc=False):
 
 
 class Outcome(msgspec.Struct, frozen=True, gc=False):
-    """What became of a run: metrics in the study's order if it is done, else why it failed.
+    """The outcome of a run: metrics in the study's order if it is done, otherwise the reason.
 
     `seconds` is how long it took; short runs that were done together share their time evenly.
     """
@@ -69,7 +69,7 @@ class Run:
 
 
 class Store:
-    """A sweep's results. Use it in a with statement; what has been entered is committed at once."""
+    """A sweep's results. Use it in a with statement; entries are committed at once."""
 
     def __init__(self, path: Path | str, study: Study | None = None, provenance: dict[str, Any] | None = None):
         """Open the store; with a study, to write: it is entered unless it is there.
@@ -116,7 +116,7 @@ class Store:
 
     @contextmanager
     def _named_errors(self) -> Iterator[None]:
-        """What SQLite says, in words."""
+        """Turns SQLite's errors into StudyError with a message."""
         try:
             yield
         except sqlite3.Error as error:
@@ -163,7 +163,7 @@ class Store:
         return row[0] if row else None
 
     def _plan(self, study: Study, provenance: dict[str, Any]) -> None:
-        """Enter the study, or see that the one that is there is the same."""
+        """Enter the study, or check that the stored one is the same."""
         entries = {"study": study.as_json(), "provenance": json.dumps(provenance, sort_keys=True)}
         differs = {"study": "another study", "provenance": "other FMUs or another version of shaper-fmu"}
         with self._database:
@@ -219,7 +219,7 @@ class Store:
             self._database.execute("INSERT OR REPLACE INTO study VALUES (?, ?)", (f"note {key}", value))
 
     def remarks(self) -> dict[str, str]:
-        """What was noted."""
+        """The remarks on the sweep."""
         rows = self._rows("SELECT key, value FROM study WHERE key LIKE 'note %' ORDER BY key")
         return {key.removeprefix("note "): value for key, value in rows}
 
@@ -309,7 +309,7 @@ class Store:
                 yield task
 
     def enter(self, outcomes: Sequence[Outcome]) -> None:
-        """Enter what became of runs, all of them or none. What a run has become stays, whatever is told of it later."""
+        """Enter the outcomes of runs, all of them or none. The first outcome of a run is final."""
         self._see_file()
         rows = []
         for one in outcomes:
@@ -321,7 +321,7 @@ class Store:
             self._insert("run", rows)
 
     def _see_file(self) -> None:
-        """Raise StudyError if the file was taken away: what is entered would be gone with it."""
+        """Raise StudyError if the file was removed: entries would be lost with it."""
         with suppress(FileNotFoundError):
             if os.path.samestat(os.stat(self.path), self._file):
                 return
@@ -361,7 +361,7 @@ def _unknown_kinds(text: str) -> list[str]:
 
 
 def column_names(study: Study) -> dict[str, str]:
-    """The columns of start values and metrics: their names, with a number where SQLite would not tell them from earlier ones.
+    """The columns of start values and metrics: their names, with a number if SQLite would confuse them with earlier ones.
 
     SQLite does not tell large from small letters: "peak" and "PEAK" are in columns "peak" and "PEAK 2".
     """

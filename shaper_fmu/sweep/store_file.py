@@ -28,7 +28,7 @@ _MESSAGES = {  # by the beginning of SQLite's name for the error
 
 
 def error_message(error: sqlite3.Error) -> str:
-    """What SQLite's error means for the store, and what to do."""
+    """The meaning of SQLite's error for the store, and a remedy."""
     name = getattr(error, "sqlite_errorname", None) or ""
     message = next((message for start, message in _MESSAGES.items() if name.startswith(start)), "the store is damaged, or none: {}")
     return message.format(error)
@@ -88,7 +88,7 @@ def _lock(file: int) -> None:
 
 
 def open_to_read(path: Path) -> tuple[sqlite3.Connection, tempfile.TemporaryDirectory[str] | None]:
-    """A connection that only reads; and the folder of a copy, where the store of a killed sweep lies on a read-only medium.
+    """A read-only connection; and the folder of a copy, if the store of a killed sweep is on a read-only medium.
 
     Such a store has its newest rows in a log, which SQLite reads with the help of a file that it cannot make there.
     """

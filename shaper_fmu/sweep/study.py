@@ -33,7 +33,7 @@ _MOST_COLUMNS = 1900
 
 
 class Refine(msgspec.Struct, forbid_unknown_fields=True):
-    """Where a metric crosses `level` between neighbours of a grid, the interval is divided until it is shorter than `width`.
+    """If a metric crosses `level` between neighbours of a grid, the interval is divided until it is shorter than `width`.
 
     `level` is the metric's own value, or with the study's reference a share of the reference's value at the same point.
     `width` is in the unit of the start value.
@@ -74,7 +74,7 @@ class Study(msgspec.Struct, forbid_unknown_fields=True, dict=True):
 
     @property
     def system_path(self) -> Path:
-        """Where the SSP archive lies."""
+        """Path of the SSP archive."""
         return Path(self.folder) / self.system
 
     @cached_property
@@ -93,7 +93,7 @@ class Study(msgspec.Struct, forbid_unknown_fields=True, dict=True):
         return list(self.compare)[case], self.points.point(point)
 
     def batch_plan(self, start_time: float) -> Plan:
-        """What all runs have in common."""
+        """The common settings of all runs."""
         return Plan(
             self.stop_time, self.step, start_time, self.algorithm, self.interpolation,
             stop_when=self.stop_when, stop_hold=self.stop_hold,
@@ -108,14 +108,14 @@ class Study(msgspec.Struct, forbid_unknown_fields=True, dict=True):
         return list(dict.fromkeys(command for m in self.metrics.values() if (command := m.needs().command)))
 
     def as_json(self) -> str:
-        """The study's content, the same text for the same study wherever it lies."""
+        """The study's content; the same text for the same study, wherever its file is."""
         content = _plain(self)
         del content["folder"]
         return json.dumps(content)
 
 
 def read_study(path: Path | str) -> Study:
-    """Read a study file. Raises StudyError that tells what is wrong and in which line."""
+    """Read a study file. Raises StudyError with the fault and its line."""
     path = Path(path)
     try:
         text = path.read_text(encoding="utf-8")
@@ -134,7 +134,7 @@ def read_study(path: Path | str) -> Study:
 
 
 def check_study(study: Study) -> None:
-    """Raise StudyError for a study that makes no sense, whatever its system."""
+    """Raise StudyError for a study that is invalid for any system."""
     _check_kinds(study)
     content = _plain(study)
     try:
@@ -195,7 +195,7 @@ def _plain_number(value: object) -> object:
 
 
 def _check_kinds(study: Study) -> None:
-    """Raise an error for a metric that is none, or whose study could be run but not read again."""
+    """Raise an error for an object that is not a metric, or whose study could be run but not read again."""
     check_metrics(study.metrics)
     for name, measure in study.metrics.items():
         kind = type(measure)
@@ -269,7 +269,7 @@ def _within(kept: Callable[[Any], Any], node: Any, found: Any) -> Callable[[Any]
 
 
 def _raises(content: Any, message: str) -> bool:
-    """Whether msgspec says these words of the content."""
+    """Whether msgspec raises this message for the content."""
     try:
         msgspec.convert(content, Study)
     except msgspec.ValidationError as error:

@@ -45,7 +45,7 @@ def tasks_frame(tasks: list[Task]) -> bytes:
 
 
 class _Channel:
-    """Where answers go. An FMU may close files that are not its own, and open others in their places."""
+    """The channel for answers. An FMU may close file descriptors that are not its own, and open others in their places."""
 
     def __init__(self, number: int):
         self._number = number
@@ -137,7 +137,7 @@ def _do(runner: Runner, tasks: list[Task], now: np.ndarray, channel: _Channel) -
 
 
 def _rest(now: np.ndarray, channel: _Channel, done: list[Outcome], runner: Runner) -> None:
-    """At no run, once all is told: what ends the process before is the last run's doing."""
+    """Mark that no run is active: an end of the process from here on is attributed to the last run."""
     _send(channel, done, runner)
     now[0] = -1
 

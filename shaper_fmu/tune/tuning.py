@@ -46,7 +46,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Tuning:
-    """What was found, chosen and verified.
+    """The result of a tuning.
 
     Attributes:
         verdict: see `Verdict`.
@@ -95,7 +95,7 @@ class Tuning:
 
     @property
     def caveat(self) -> str:
-        """What the files of the shaper say of it; "" with a verdict that is good, and where there is no shaper."""
+        """The caveat in the files of the shaper; "" with a good verdict, and without a shaper."""
         return CAVEATS.get(self.verdict, "") if self.choice is not None and self.choice.recommended is not None else ""
 
 

@@ -190,7 +190,7 @@ def _other_poles(tuning: Tuning) -> list[dict[str, Any]]:
 
 
 def _point(tuning: Tuning, found: PlantIdentification) -> dict[str, Any]:
-    """An experiment: where, how, and what it has shown."""
+    """An experiment: its operating point, its settings, and its result."""
     made = found.excitation
     return {
         "start_values": {_short(tuning, name): value for name, value in found.start_values.items()},

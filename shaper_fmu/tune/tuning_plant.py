@@ -101,7 +101,7 @@ def corners(nominals: Mapping[str, float], spread: Mapping[str, float]) -> list[
 
 
 def _vibrating(modes: PlantModes) -> list[str]:
-    """Outputs in which a mode is seen; all of them if there is none."""
+    """Outputs with a visible mode; all of them if there are none."""
     found = [abs(mode.residues[0]) for mode in modes.nominal.modes]
     seen = [name for j, name in enumerate(modes.nominal.outputs) if any(sizes[j] > 0.0 for sizes in found)]
     return seen or list(modes.nominal.outputs)

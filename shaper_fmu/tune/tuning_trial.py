@@ -80,7 +80,7 @@ def _untried(found: Tuning, why: str) -> Tuning:
 
 
 def _for_modes(verdict: Verdict) -> str:
-    """Before the choice's reason, where the plant does not bear it out."""
+    """A preamble to the choice's reason, if the plant does not confirm it."""
     return "" if verdict == "tuned" else "for the modes found, "
 
 

@@ -70,12 +70,12 @@ def basis(m: Model, time: np.ndarray) -> np.ndarray:
 
 
 def growth(m: Model, end: float) -> np.ndarray:
-    """What to multiply each pair's and real pole's coefficients by, since growing functions are 1 at the `end` [s]."""
+    """Factors for each pair's and real pole's coefficients, since growing functions are 1 at the `end` [s]."""
     return np.exp(-np.maximum(0.0, np.concatenate([m.pairs.real, m.reals])) * end)
 
 
 def directions(m: Model, coefficients: np.ndarray) -> np.ndarray:
-    """How the response moves with the parameters, in multiples of t times the basis' first rows; shape (k, k, c).
+    """Derivatives of the response by the parameters, in multiples of t times the basis' first rows; shape (k, k, c).
 
     The derivative of column c with respect to parameter j is the sum over i of t basis_i directions[i, j, c]. That of a growing
     function lacks a multiple of the function itself, which lies in the basis and is projected away.

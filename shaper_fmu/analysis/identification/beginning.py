@@ -40,14 +40,14 @@ _LARGE = 0.2
 
 
 class Beginnings:
-    """What a response shows from several beginnings on, each looked at once, by the means of neighbouring samples."""
+    """The modes of a response from several beginnings on, each identified once, from the means of neighbouring samples."""
 
     def __init__(self, response: FreeResponse, smallest_share: float):
         self._response, self._share = response, smallest_share
         self._seen: dict[int, Identification | None] = {}
 
     def seen(self, first: int) -> Identification | None:
-        """From the sample `first` on; None where nothing can be said."""
+        """The identification from the sample `first` on; None if there is none."""
         if first not in self._seen:
             self._seen[first] = self._identified(first)
         return self._seen[first]
@@ -79,7 +79,7 @@ class Beginnings:
         return None
 
     def contradicted(self, first: int) -> Mode | None:
-        """A mode for which a later beginning speaks against what is seen from `first` on; None if there is none.
+        """A mode found from `first` on that a later beginning contradicts; None if there is none.
 
         That is one that does not stay (`lost`), is hardly known there, or is seen later and was not before: sums of strongly
         damped exponentials follow an excitation, and hide in their shares the modes that remain of it.
@@ -110,7 +110,7 @@ class Beginnings:
         return None
 
     def _lasts(self, first: int, delay: float, mode: Mode) -> bool:
-        """Whether the record goes on after a delay for as many periods as a mode needs to be told."""
+        """Whether enough periods of a mode remain after a delay to identify it."""
         left = (len(self._response.values) - first) * self._response.step - delay
         return left >= (FEWEST_PERIODS + 0.5) * mode.period
 
@@ -154,7 +154,7 @@ def _is_same(one: Mode, other: Mode, strict: bool) -> bool:
 
 
 def first_free(response: FreeResponse, smallest_share: float) -> int | None:
-    """The first sample from which on a response is free, as far as it tells itself; None where it does not."""
+    """The first sample from which on a response is free, judged by its modes; None if there is no such sample."""
     looks = Beginnings(response, smallest_share)
     free, before = None, 0
     for first in _places(len(response.values)):

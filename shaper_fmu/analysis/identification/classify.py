@@ -31,7 +31,7 @@ class Parts:
 
 
 def parts_of(found: Fit, data: Data, smallest_share: float) -> Parts:
-    """Tell modes from other poles."""
+    """Separate modes from other poles."""
     m, spread = found.model, covariance(found, data)
     size = growth(m, data.duration)
     swinging = [_pair(found, data, spread.parameters, spread.coefficients, k, size[k]) for k in range(len(m.pairs))]
@@ -82,7 +82,7 @@ def _share(residues: np.ndarray, total: np.ndarray) -> float:
 
 
 def _kind(one: Mode, modes: list[Mode], data: Data, smallest_share: float) -> Kind | None:
-    """What a pair is, beside the modes that have a larger share; None for a mode."""
+    """The kind of a pair, given the modes with larger shares; None for a mode."""
     if one.pole.imag * data.duration < 2.0 * math.pi * FEWEST_PERIODS and one.damping_ratio < SHAPEABLE:
         return "too_slow"
     if one.share < smallest_share:

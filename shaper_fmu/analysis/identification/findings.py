@@ -33,7 +33,7 @@ _CHANCE = 1e-7
 
 
 def findings_of(parts: Parts, found: Fit, data: Data, smallest_share: float) -> list[Finding]:
-    """What the user should know, the weightiest first."""
+    """The findings of an identification, the most important first."""
     findings = [Finding("poor", _poor(mode)) for mode in parts.modes if mode.natural_frequency_std > _POOR * mode.natural_frequency]
     texts = {
         "unstable": "unstable: a pair of poles at {pole:.4g} rad/s grows; no shaper helps, stabilise it first",
@@ -61,7 +61,7 @@ def findings_of(parts: Parts, found: Fit, data: Data, smallest_share: float) -> 
 
 
 def too_coarse(pole: complex, data: Data) -> str:
-    """Why a pole cannot be told from its aliases."""
+    """The reason why a pole cannot be distinguished from its aliases."""
     samples = 2.0 * np.pi / (pole.imag * data.step)
     return (
         f"the samples are too coarse: the motion at {pole.imag:.4g} rad/s has {samples:.3g} samples per period, and may be the "
@@ -78,7 +78,7 @@ def _poor(mode: Mode) -> str:
 
 
 def _of_residual(found: Fit, data: Data, smallest_share: float) -> list[Finding]:
-    """Findings if what the fit leaves is no white noise of one size, where it matters beside the smallest share."""
+    """Findings if the residual of the fit is not white noise of constant size, if that matters for the smallest share."""
     columns = zip(found.residual, found.noise, data.floor, strict=True)
     seen = [residual for residual, noise, floor in columns if noise > max(_ABOVE_FLOOR * floor, smallest_share)]
     findings = []

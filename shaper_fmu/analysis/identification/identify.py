@@ -57,7 +57,7 @@ def identify(
 
 
 def unexplained(response: FreeResponse, found: Identification) -> float:
-    """What the poles found in another record leave of this one: RMS of the residual over that of the response, 0 to 1."""
+    """The part of this record that the poles found in another one do not explain: RMS of the residual over the response, 0 to 1."""
     left = left_by(response, found).residual
     return float(np.sqrt(np.mean(left * left)))
 
@@ -71,7 +71,7 @@ def left_by(response: FreeResponse, found: Identification) -> Fit:
 
 
 def _check_support(parts: Parts, found: Fit, data: Data) -> None:
-    """Raise IdentificationError where nothing can be said, and why."""
+    """Raise IdentificationError, with the reason, if the data support no answer."""
     if parts.modes:
         return
     kinds = {other.kind: other for other in parts.others}

@@ -68,7 +68,7 @@ def _models(pairs: np.ndarray, reals: np.ndarray, at_zero: int, duration: float)
 
 
 def _grown(found: Fit, data: Data, most: int) -> Fit | None:
-    """A better fit with further poles, seen in the residual; None if there is none."""
+    """A better fit with further poles that the residual shows; None if there is none."""
     if found.model.order - found.model.degree - 1 >= most:
         return None
     hope = found.criterion + _HOPE * math.log(data.y.size)
@@ -83,7 +83,7 @@ def _grown(found: Fit, data: Data, most: int) -> Fit | None:
 
 
 def _split(found: Fit, data: Data) -> Fit:
-    """The fit with two real poles in the place of a pair that hardly swings, where that is as good."""
+    """The fit with two real poles instead of a strongly damped pair, if it is as good."""
     for k, pair in enumerate(found.model.pairs):
         if pair.imag < _HARDLY * abs(pair.real):
             apart = max(pair.imag, _HARDLY * abs(pair.real))
@@ -124,7 +124,7 @@ def _pruned(found: Fit, data: Data) -> Fit:
 
 
 def _smaller(found: Fit, data: Data) -> Iterator[Model]:
-    """Models with a pair, a real pole or a power less, where that can be in question."""
+    """Models with one pair, real pole or power less, as far as its presence is doubtful."""
     m = found.model
     certainty = np.sum((found.coefficients / covariance(found, data).coefficients) ** 2, axis=1)
     p = len(m.pairs)

@@ -15,12 +15,12 @@ _ROUNDING = 4.0 * np.finfo(float).eps
 
 
 class IdentificationError(ShaperFmuError):
-    """The data do not support an answer; the text says why, and what would."""
+    """The data do not support an answer; the message gives the reason and a remedy."""
 
 
 @dataclass(frozen=True)
 class FreeResponse:
-    """Outputs after the excitation has ended, sampled at equal distances.
+    """Outputs after the end of the excitation, sampled at equal intervals.
 
     Attributes:
         values: shape (n, m), a column for each output, in its unit; the first row is the time 0 of all residues.

@@ -74,7 +74,7 @@ class OtherPole:
 
 @dataclass(frozen=True)
 class Identification:
-    """Modes of a free response, by rising natural frequency, and what else there is.
+    """Modes of a free response, by rising natural frequency, its other poles and findings.
 
     Attributes:
         modes: of vibration.
@@ -115,7 +115,7 @@ class Identification:
         return self.step * np.arange(self.samples)
 
     def response(self, time: np.ndarray, experiment: int = 0) -> np.ndarray:
-        """What modes and other poles together give at these times after the first sample, shape (len(time), outputs)."""
+        """The sum of modes and other poles at these times after the first sample, shape (len(time), outputs)."""
         total = np.zeros((len(time), len(self.names)))
         for part in (*self.modes, *self.others):
             power = {"drift": 1, "acceleration": 2}.get(getattr(part, "kind", ""), 0)

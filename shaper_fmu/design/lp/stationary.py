@@ -72,7 +72,7 @@ def _gradients(x: np.ndarray, chosen: Sequence[_Peak], layout: Layout) -> tuple[
 
 
 def stationary(x: np.ndarray, bands: Sequence[Band], layout: Layout, active: Sequence[Active] = ()) -> np.ndarray | None:
-    """The unknowns of the optimum near x; None where Newton's method does not lead to one.
+    """The unknowns of the optimum near x; None if Newton's method does not converge to one.
 
     `active` says where V limits the sequence, and how much, from the linear programme on the grid; without it, maxima of V near the
     tolerance come into question.
@@ -126,7 +126,7 @@ def _multipliers(
 def _solved(
     x: np.ndarray, chosen: list[_Peak], weights: np.ndarray, layout: Layout
 ) -> tuple[np.ndarray, dict[_Peak, float]] | None:
-    """The optimum if only these maxima matter, and their multipliers; None if it is none."""
+    """The optimum if only these maxima matter, and their multipliers; None if it is not an optimum."""
     rows = _gradients(x, chosen, layout)[1]
     multipliers, mu = _multipliers(x, layout, rows, x > _AT_LIMIT, weights)
     kept = multipliers > _MATTERS * multipliers.max(initial=0.0)
@@ -173,7 +173,7 @@ class _Conditions:
         return x
 
     def residual(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What is to be 0, and the gradients of g_i and of sum A by the scaled unknowns."""
+        """The residual of the optimality conditions, and the gradients of g_i and of sum A by the scaled unknowns."""
         x = self.x_of(unknowns)
         if x.min() < 0.0:  # outside of what the layout can be
             return np.full(len(unknowns), math.inf), np.zeros((len(unknowns) - len(self.scale), len(self.scale)))

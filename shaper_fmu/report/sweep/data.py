@@ -67,7 +67,7 @@ class Quantity:
 
     @property
     def description(self) -> str:
-        """Its name in words."""
+        """Its name as a text."""
         return self.name.replace("_", " ")
 
     def label(self) -> str:
@@ -144,11 +144,11 @@ class SweepData:
         return np.unique(self.points, axis=0, return_inverse=True)[1].reshape(-1)
 
     def of(self, case: str) -> np.ndarray:
-        """Which runs are this case's and done, shape (n,)."""
+        """Which runs belong to this case and are done, shape (n,)."""
         return (self.case == self.cases.index(case)) & self.done
 
     def relative(self, metric: str) -> np.ndarray:
-        """The metric as a share of the reference's at the same point, shape (n,); NaN where there is none, or it is 0."""
+        """The metric as a share of the reference's at the same point, shape (n,); NaN without a reference, or if it is 0."""
         if metric not in self._relative:
             self._relative[metric] = self._shares(metric)
         return self._relative[metric]

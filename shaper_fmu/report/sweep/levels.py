@@ -15,7 +15,7 @@ TOLERATED = 0.05
 
 @dataclass(frozen=True)
 class Judged:
-    """A metric as it is judged.
+    """The values of a metric that are compared with a level.
 
     Attributes:
         values: shares of the reference's metric if there is a reference, else the metric's own values; shape (n,).

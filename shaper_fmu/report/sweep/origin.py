@@ -36,7 +36,7 @@ def _number(value: Any) -> str:
 
 
 def plan_table(data: SweepData) -> Table:
-    """What was varied, compared and measured."""
+    """The varied values, cases and metrics."""
     study, rows = data.study, []
     plan = study.plan.kind.replace("_", " ")
     rows.append(["plan", f"{plan}, {study.plan.samples} points, seed {study.plan.seed}" if data.sampled else plan])
@@ -76,5 +76,5 @@ def provenance_table(provenance: Mapping[str, Any]) -> Table:
 
 
 def remark_blocks(data: SweepData) -> list[Block]:
-    """What was noted while it ran."""
+    """The store's remarks on the sweep."""
     return [Text(f"Note: {remark}.") for remark in data.remarks.values()]

@@ -27,7 +27,7 @@ class Candidate:
 
 
 def duration_variable(system: System) -> str | None:
-    """The one calculated parameter `duration` in the system, "instance.duration"; None if there is none, or several."""
+    """The only calculated parameter `duration` in the system, "instance.duration"; None if there is none, or several."""
     found = [
         name
         for name, fmu in system.fmus.items()
@@ -37,7 +37,7 @@ def duration_variable(system: System) -> str | None:
 
 
 def durations(data: SweepData, nominal: dict[str, Results | str]) -> tuple[dict[str, float], str]:
-    """Each case's duration [s] with the nominal values (NaN for a run that failed), and what it is, "" if nothing tells it."""
+    """Each case's duration [s] at the nominal values (NaN for a failed run), and its description; "" if it is unknown."""
     variable, commands = duration_variable(data.system), data.study.commands()
     if variable is None and not commands:
         return {}, ""
@@ -104,7 +104,7 @@ def pareto_figure(data: SweepData, metric: str, found: list[Candidate], text: st
 
 
 def pareto_blocks(data: SweepData, nominal: dict[str, Results | str]) -> list[Block]:
-    """Figure and table of every metric; a sentence where nothing tells a duration."""
+    """Figure and table of every metric, or a sentence if no duration is known."""
     if len(data.cases) < 2 or not data.done.any():
         return []
     duration, text = durations(data, nominal)

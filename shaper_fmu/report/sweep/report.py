@@ -57,7 +57,7 @@ def sweep_blocks(data: SweepData) -> list[Block]:
 
 
 def summary_blocks(data: SweepData) -> list[Block]:
-    """How many runs there are, and what was noted."""
+    """The number of runs, and the remarks."""
     done, failed, total = data.counts.get("done", 0), data.counts.get("failed", 0), sum(data.counts.values())
     open_ = f" {total - done - failed} are still to be done: start the sweep again." if done + failed < total else ""
     cases = f"{len(data.cases)} case{'s' if len(data.cases) > 1 else ''}"

@@ -55,7 +55,7 @@ def yield_of(data: SweepData, metric: Judged, case: str) -> Yield | None:
 
 
 def values_of(data: SweepData, metric: Judged, case: str) -> np.ndarray:
-    """What a case's completed runs have, without those that have no reference; shape (n,), rising."""
+    """The values of a case's completed runs that have a reference; shape (n,), rising."""
     values = metric.values[data.of(case)]
     return np.sort(values[~np.isnan(values)])
 

@@ -26,7 +26,7 @@ _MOST_ROWS = 40
 
 
 def sensitivity_blocks(choice: Choice) -> list[Block]:
-    """What each mode may be, what the shaper leaves of it at most, and V over its frequency for some shapers."""
+    """The range of each mode, the bound of the shaper, and V over the mode's frequency for some shapers."""
     text = (
         "V is the residual vibration when the command ends, as a share of what the unshaped step excites at its time. Each mode "
         "counts with its share of the response: the sum over the modes, in the worst output, is within the tolerance."
@@ -124,7 +124,7 @@ def trade_off_blocks(choice: Choice) -> list[Block]:
 
 
 def least(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Those that leave less in the worst case than all shorter ones; candidates by rising delay."""
+    """Candidates that leave less in the worst case than all shorter ones; `candidates` by rising delay."""
     found: list[Candidate] = []
     for one in candidates:
         if not found or one.worst_case < found[-1].worst_case:
@@ -157,7 +157,7 @@ def trade_off_figure(choice: Choice) -> Figure:
 
 
 def alternative_blocks(choice: Choice) -> list[Block]:
-    """The front as a table; what was left out, and why."""
+    """A table of the front, and the designs that were left out, with reasons."""
     blocks: list[Block] = [front_table(choice)]
     if choice.dominated:
         text = f"For each of {len(choice.dominated)} more combinations another shaper is no longer and leaves no more."

@@ -32,7 +32,7 @@ _RESOLVED = 4.0
 
 @dataclass(frozen=True)
 class Evidence:
-    """A free response: of the nominal experiment, or measured.
+    """The free response of the nominal experiment or of measured data.
 
     Attributes:
         found: what was identified.
@@ -64,15 +64,15 @@ class Evidence:
         return modes + [(one.pole.imag / (2.0 * np.pi), "unstable") for one in growing]
 
     def grows(self) -> bool:
-        """Whether the end of the response is what is seen of it."""
+        """Whether the response is largest at its end."""
         return any(one.kind in ("unstable", "growth") for one in self.found.others)
 
     def fitted(self) -> np.ndarray:
-        """What modes and other poles together give, shape (n, m)."""
+        """The sum of modes and other poles, shape (n, m)."""
         return self.found.response(self.time - self.time[0])
 
     def polynomial(self) -> np.ndarray:
-        """The part of it that is no motion of its own: offset, drift and acceleration, shape (n, m)."""
+        """The polynomial part: offset, drift and acceleration, shape (n, m)."""
         parts = tuple(one for one in self.found.others if one.kind in POLYNOMIAL)
         return replace(self.found, modes=(), others=parts).response(self.time - self.time[0])
 
@@ -174,7 +174,7 @@ def shown_frequencies(modes: list[float], highest: float, duration: float) -> tu
 
 
 def ring_down_blocks(found: Evidence) -> list[Block]:
-    """The free response and the fit over time, and what the fit leaves."""
+    """The free response, its fit, and the residual over time."""
     rows = []
     for output in found.shown:
         j, unit = found.column(output), found.units[found.column(output)]

@@ -31,7 +31,7 @@ _ABRUPT = 0.01
 
 
 def write_tuning(tuning: Tuning, folder: Path | str, *, report: bool = True, say: Say = lambda _: None) -> list[Path]:
-    """Write all that follows from a tuning into a folder; returns the paths.
+    """Write all files of a tuning into a folder; returns the paths.
 
     tuning.json and, with `report`, report.html and its pictures are always written; the shaper's FMU and shaper.ssv where
     there is a recommendation, shaped_plant.ssp where there is a plant, too, and an archive can hold it (else `say` tells why).

@@ -44,7 +44,7 @@ def response_figure(found: Responses, output: str, number: int) -> Figure:
 
 
 def command_figure(tuning: Tuning, found: Responses) -> Figure:
-    """The command and what the shaper makes of it, in the input's unit, from its beginning on."""
+    """The command before and after the shaper, in the input's unit."""
     assert tuning.candidate is not None  # it was simulated
     command, sequence = tuning.command, tuning.candidate.sequence
     starts = np.array(command.times()) - command.start

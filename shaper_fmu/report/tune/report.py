@@ -73,7 +73,7 @@ def recommendation_blocks(tuning: Tuning) -> list[Block]:
 
 
 def summary_table(tuning: Tuning, choice: Choice) -> Table:
-    """The shaper's numbers and what was asked for."""
+    """The shaper's numbers and the requirements."""
     one, requirements, seen = choice.nearest, choice.requirements, tuning.verification
     against = any(one.code in CONTRADICTING for one in tuning.findings)
     known = "proven" if tuning.verdict in _PROVEN and not against else "if the modes were those found,"
@@ -109,7 +109,7 @@ def start_values_table(component: str, values: Mapping[str, Any]) -> Table:
 
 
 def _fewer(tuning: Tuning, found: Evidence) -> list[Block]:
-    """Which outputs are shown, where there are many."""
+    """A sentence on which outputs are shown, if there are many."""
     if len(found.shown) == len(tuning.outputs):
         return []
     number, most = len(tuning.outputs), len(found.shown)

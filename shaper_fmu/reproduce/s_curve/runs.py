@@ -42,7 +42,7 @@ _MORE = {"speed": Final("profile.velocity"), "shortest": Final("profile.shortest
 
 @dataclass(frozen=True)
 class Left:
-    """What a move leaves, and what it takes.
+    """The residual vibration and the effort of a move.
 
     Attributes:
         modes: residual amplitude of each mode at the tip, as a share of the distance; shape (modes,).
@@ -107,7 +107,7 @@ class BeamBench:
         return self._simulation.run(0.5 * periods * self.period, self.period / STEPS, start_values=start).metrics["speed"]
 
     def shortest(self, distance: float, limit: float) -> float:
-        """Shortest S-curve that keeps to a limit of the speed [m/s], in periods, as the MotionProfile tells it."""
+        """Shortest S-curve within a limit of the speed [m/s], in periods, according to MotionProfile."""
         values = {"profile.distance": distance, "profile.max_velocity": limit}
         start = self._start("s_curve", 100.0, values, "none")
         return self._simulation.run(self.period, self.period, start_values=start).metrics["shortest"] / self.period

@@ -39,7 +39,7 @@ SHOWN = ("profile.position", "arm.slide_position", "arm.swing_angle", "arm.press
 
 @dataclass(frozen=True)
 class ArmLeft:
-    """What a command leaves of the rod's swing.
+    """The residual swing of the rod after a command.
 
     Attributes:
         vibration: V, the swing's envelope taken back to the end of the command by its damping, over that of a step.

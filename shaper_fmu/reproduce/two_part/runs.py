@@ -42,7 +42,7 @@ END = (STEPS + 101) * DURATION / STEPS
 
 
 def oscillator(stop_time: float = DURATION) -> OscillatorBench:
-    """A profile through an input shaper on an oscillator; the shaper passes the profile on unless it is told otherwise."""
+    """A profile through an input shaper on an oscillator; by default the shaper passes the profile on."""
 
     def build(system: System) -> str:
         plain = {"natural_frequency": NATURAL_FREQUENCY, "damping_ratio": DAMPING_RATIO}
@@ -85,7 +85,7 @@ def vibration_after(bench: OscillatorBench, duration: float) -> float:
 
 
 def band(curve: Callable[[float], float], level: float, low: float = 0.7, high: float = 1.6) -> tuple[float, float]:
-    """Where curve(ratio) crosses the level below and above 1, by root finding over runs; it must be below it at 1."""
+    """The ratios below and above 1 at which curve(ratio) crosses the level, by root finding over runs; it must be below it at 1."""
     ends = []
     for end in (low, high):
         outside = next((r for r in np.linspace(1.0, end, 61)[1:] if curve(r) > level), None)

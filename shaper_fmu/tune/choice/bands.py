@@ -36,7 +36,7 @@ class _Condition:
 
     @property
     def possible(self) -> bool:
-        """Whether modes that are left alone leave room for the others."""
+        """Whether the unshaped modes leave room for the others."""
         return bool((1.0 - self.shaped).max(initial=0.0) <= self.wanted)
 
     def loosest(self) -> float:
@@ -51,7 +51,7 @@ def specified(
     requirements: Requirements,
     attempt: Callable[[Callable[[], ImpulseSequence]], ImpulseSequence | None],
 ) -> ImpulseSequence | None:
-    """Specified insensitivity for these modes, as loose as the worst case of all modes allows; the others are left alone.
+    """Specified insensitivity for these modes, as loose as the worst case of all modes allows; other modes are not shaped.
 
     Of a few designs the shortest one that fits: a design does not know what it leaves of other modes, nor that the modes are not at
     their worst in the same output. With a nominal condition each mode's nominal point is one more band, with its own tolerance.
@@ -113,7 +113,7 @@ def shortest(boxes: Sequence[ModeBox], tolerance: float, nominal_tolerance: floa
 
 
 def _limiting(boxes: Sequence[ModeBox], allowed: np.ndarray, least: float) -> tuple[list[ModeBox], list[float]]:
-    """The boxes in which V is limited by what is allowed, as far as designs are known, and what is allowed there."""
+    """The boxes whose V is limited, as far as designs are known, and their limits."""
     limiting = [(box, float(v)) for box, v in zip(boxes, allowed, strict=True) if v < TOLERANCES[1]]
     limiting = [(box.damped_at_most(MOST_DAMPED), max(v, least)) for box, v in limiting if box.dampings[0] <= MOST_DAMPED]
     return [box for box, _ in limiting], [v for _, v in limiting]

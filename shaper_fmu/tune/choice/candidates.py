@@ -111,7 +111,7 @@ class Design:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """What could not be designed, and why."""
+    """A design that could not be made, and the reason."""
 
     name: str
     reason: str
@@ -119,7 +119,7 @@ class LeftOut:
 
 @dataclass
 class Designs:
-    """What comes into question.
+    """The designs to compare.
 
     Attributes:
         plain: designs, of which the first is the unshaped command.
@@ -142,7 +142,7 @@ class Designs:
                     yield design
 
     def attempt(self, name: str, make: Callable[[], ImpulseSequence]) -> ImpulseSequence | None:
-        """What `make` gives; None, and a reason in `left_out`, where there is no such design."""
+        """The result of `make`; None, with a reason in `left_out`, if there is no such design."""
         try:
             return make()
         except ComponentError as error:
@@ -150,7 +150,7 @@ class Designs:
             return None
 
     def leave_out(self, name: str, reason: str) -> None:
-        """Tell what could not be designed, once."""
+        """Record a design that could not be made, once."""
         if LeftOut(name, reason) not in self.left_out:
             self.left_out.append(LeftOut(name, reason))
 
@@ -162,7 +162,7 @@ class Designs:
 
 
 def id_of(design: Design) -> tuple[tuple[Any, ...], ...]:
-    """What tells designs for the same modes apart."""
+    """A key that distinguishes designs for the same modes."""
     return tuple((one.kind, one.modes, one.frequencies, one.dampings, one.tolerance) for one in design.factors)
 
 

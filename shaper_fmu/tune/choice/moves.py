@@ -87,7 +87,7 @@ class _Kind:
         self._highest = max(box.natural_frequency.high for box in boxes)
 
     def improving(self, fastest: float, longest: float) -> Iterator[Profile]:
-        """Those that leave less than all shorter ones of a grid of durations, or less nominally, and the shortest one that fits."""
+        """The profiles that leave less than all shorter ones of a grid, or less nominally, and the shortest one that fits."""
         limited = min(self._move.max_velocity, self._move.max_acceleration) < NO_LIMIT
         first = max(fastest, self._law(None).duration if limited else 0.0)
         before, best, fits = first, np.full(2, math.inf), False

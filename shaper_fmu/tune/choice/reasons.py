@@ -40,7 +40,7 @@ def recommendation(choice: Choice) -> str:
 
 
 def _nominally(choice: Choice, candidate: Candidate) -> str:
-    """What a candidate leaves at the modes' nominal points, where these are not all that there is."""
+    """The nominal level of a candidate, if the boxes are more than points."""
     if _exactly_known(choice.boxes):
         return ""
     if candidate.nominal < _NOTHING:
@@ -58,12 +58,12 @@ def percent(share: float) -> str:
 
 
 def left(candidate: Candidate) -> str:
-    """What a candidate leaves, in percent."""
+    """The bound of a candidate, in percent."""
     return percent(candidate.worst_case)
 
 
 def ranges(boxes: Sequence[ModeBox]) -> str:
-    """The boxes in words."""
+    """The boxes as a text."""
     found = []
     for box in boxes:
         (low, high), (light, heavy) = box.frequencies, box.dampings

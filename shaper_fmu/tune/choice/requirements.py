@@ -80,7 +80,7 @@ class Requirements:
 
     @property
     def nominal_stricter(self) -> bool:
-        """Whether the nominal condition asks for more than the one over the ranges, in which the nominal point lies."""
+        """Whether the nominal condition is stricter than the one over the ranges, which include the nominal point."""
         return self.nominal_tolerance < self.tolerance
 
     def wants(self, kind: str) -> bool:

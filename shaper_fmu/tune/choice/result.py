@@ -15,7 +15,7 @@ from shaper_fmu.tune.choice.search import SAME, Candidate, Dominated
 
 @dataclass(frozen=True)
 class Choice:
-    """What `choose` has found.
+    """The result of `choose`.
 
     Attributes:
         boxes: the modes with the required margins.

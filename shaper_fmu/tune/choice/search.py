@@ -32,7 +32,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class Candidate:
-    """A command and what is proven of it.
+    """A command and its proven bounds.
 
     Attributes:
         name: in words.
@@ -98,7 +98,7 @@ class Search:
             self._base_bounds, self._base_nominal = np.array(self._bounded(moves)[0]), self._nominal(moves)
 
     def together(self, levels: Sequence[float] | np.ndarray) -> float:
-        """What levels of V for each mode come to in the worst output."""
+        """The level in the worst output, from levels of V for each mode."""
         return float((self.shares.T @ np.asarray(levels)).max())
 
     def add(self, design: Design) -> Candidate:
@@ -124,7 +124,7 @@ class Search:
         return self.together(self._base_bounds * sizes[:, :-1].max(axis=1)), self.together(self._base_nominal * sizes[:, -1])
 
     def mix(self, found: Designs) -> None:
-        """Bound the combinations that could be of use; the others are dominated by what is bounded already."""
+        """Bound the combinations that could be useful; the others are dominated by candidates that are bounded already."""
         factors = {id(one): one for way in found.by_mode for of_mode in way for one in of_mode}
         left = {key: np.array([remaining(one.sequence, box) for box in self.boxes]) for key, one in factors.items()}
         best = front(sorted(self.candidates, key=order), self.requirements)
@@ -178,7 +178,7 @@ def order(candidate: Candidate) -> tuple[float, float, float]:
 
 
 def front(candidates: Sequence[Candidate], requirements: Requirements) -> list[Candidate]:
-    """Those than which none is as short and leaves less, nor less nominally; candidates in `order`.
+    """The Pareto front in delay, worst case and nominal level; candidates in `order`.
 
     A nominal level counts as far as it is above the required nominal tolerance.
     """

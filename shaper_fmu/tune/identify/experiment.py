@@ -47,7 +47,7 @@ _GROWTH = 7.0
 
 @dataclass(frozen=True)
 class PlantIdentification:
-    """What an experiment at one operating point has shown.
+    """The result of an experiment at one operating point.
 
     Attributes:
         identification: modes and other poles of the free response; time 0 is its first sample.
@@ -192,7 +192,7 @@ class _Plan:
 
 
 def _plan(found: Identification, looked: float, trial: Experiment) -> _Plan:
-    """Samples for the fastest mode, a duration for the slowest decay; what was looked at if nothing vibrates."""
+    """Samples for the fastest mode, a duration for the slowest decay; the survey's if nothing vibrates."""
     if not found.modes:
         step = trial.on_grid(looked / 2000.0)
         return _Plan(step, 8.0 * step, 2000)
@@ -254,7 +254,7 @@ def _findings(response: Response, trial: Experiment, unrest: str | None) -> list
 def _compared(
     trial: Experiment, found: Identification, response: Response, smallest_share: float
 ) -> tuple[LinearComparison | None, list[Finding]]:
-    """The comparison with the FMU's linearization at the operating point, where it has one and is at rest, and what it tells."""
+    """The comparison with the FMU's linearization at the operating point, if there is one at rest, and its findings."""
     try:
         linearization = linearize(trial.plant, point=trial.point, settle_time=trial.settle_time)
         if linearization.at_rest:

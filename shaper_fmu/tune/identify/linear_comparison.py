@@ -27,7 +27,7 @@ Found = Mode | OtherPole
 
 @dataclass(frozen=True)
 class LinearComparison:
-    """What the linearization says of the modes found.
+    """The comparison of the linearization's modes with those found.
 
     Attributes:
         linearization: at the experiment's operating point.
@@ -50,7 +50,7 @@ class LinearComparison:
 
     @property
     def text(self) -> str:
-        """The comparison in words."""
+        """The comparison as a sentence."""
         where = f"linearized by {self.linearization.origin}, the FMU"
         result = " has no mode that should be seen, and none was found"
         if self.pairs:
@@ -65,7 +65,7 @@ class LinearComparison:
 def compare(
     linearization: Linearization, found: Identification, excitation: Excitation, nonlinearity: float, smallest_share: float
 ) -> LinearComparison:
-    """Compare a linearization at rest with what was identified from the free response after an excitation.
+    """Compare a linearization at rest with the modes identified from the free response after an excitation.
 
     `nonlinearity` is the share of the response that does not scale: a pole may differ by as much.
     """

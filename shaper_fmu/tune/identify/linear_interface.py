@@ -25,16 +25,16 @@ _NOMINAL = (1e-50, 1e50)
 
 
 class LinearizationError(ShaperFmuError):
-    """An FMU cannot be linearized; the text tells what it lacks or gets wrong."""
+    """An FMU cannot be linearized; the message gives the reason."""
 
 
 class NoLinearizationError(LinearizationError):
-    """An FMU does not claim to have what it takes to linearize it; the text tells what it lacks."""
+    """An FMU does not declare the functions that a linearization needs; the message names them."""
 
 
 @dataclass(frozen=True)
 class Interface:
-    """What an FMU declares.
+    """The parts of an FMU's interface that a linearization needs.
 
     Attributes:
         states, derivatives: names of the continuous states and of their derivatives, element by element.
@@ -49,7 +49,7 @@ class Interface:
 
 
 def interface_of(fmu: Fmu) -> Interface:
-    """What the FMU declares. Raises LinearizationError if it contradicts itself, NoLinearizationError for what it lacks."""
+    """The declared interface. Raises LinearizationError if it contradicts itself, NoLinearizationError if parts are missing."""
     flags = _directional_flags(fmu)
     exchange = fmu.description.modelExchange is not None
     if not (exchange or flags[0]):
@@ -101,7 +101,7 @@ def directional(instance: Instance, unknowns: Sequence[str], known: str) -> np.n
 
 
 def finite(instance: Instance, values: Sequence[float], what: str) -> np.ndarray:
-    """The values as an array. Raises SimulationError for what is no finite number, or beyond 1e100."""
+    """The values as an array. Raises SimulationError for values that are not finite, or beyond 1e100."""
     array = np.array(values, float)
     wrong = ~(np.abs(array) <= _LARGEST)
     if wrong.any():
@@ -123,7 +123,7 @@ def values(instance: Instance, names: Sequence[str]) -> np.ndarray:
 
 
 def _called(instance: Instance, method: str, *arguments: Any) -> Any:
-    """What a method of fmpy's instance answers, its status checked."""
+    """The result of a method of fmpy's instance, with its status checked."""
     try:
         return getattr(instance.slave, method)(*arguments)
     except FMICallException as error:

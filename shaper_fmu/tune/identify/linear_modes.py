@@ -26,7 +26,7 @@ _REAL = 1e-9
 
 @dataclass(frozen=True)
 class LinearMode:
-    """A pole pair of a linear system that swings: damping ratio below 0.95, also below 0.
+    """An oscillating pole pair of a linear system: damping ratio below 0.95, also negative.
 
     Attributes:
         pole: that with Im > 0 [rad/s].
@@ -120,7 +120,7 @@ class Linearization:
 
 
 def _rounding(balanced: np.ndarray) -> float:
-    """Bound of what the eigenvalues' computation does to each element of the matrix: its backward error."""
+    """Bound of the backward error of the eigenvalues' computation, for each element of the matrix."""
     return len(balanced) * np.finfo(float).eps * float(np.linalg.norm(balanced, 2))
 
 

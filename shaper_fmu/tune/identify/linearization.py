@@ -41,7 +41,7 @@ _NEGLIGIBLE = 1e-9
 
 @dataclass(frozen=True)
 class _Task:
-    """What is linearized: an FMU, the names in it, its values at the operating point, and when it has settled [s]."""
+    """A linearization: an FMU, its names, its values at the operating point, and its settling time [s]."""
 
     name: str
     fmu: Fmu
@@ -135,7 +135,7 @@ def _task(plant: Plant, point: Mapping[str, Any], settle_time: float | None) -> 
 
 
 def _nominal(task: _Task) -> np.ndarray:
-    """The states' nominal values in the model description, shape (n,); 0 where it tells none that makes sense."""
+    """The states' nominal values in the model description, shape (n,); 0 without a valid one."""
     declared = [task.fmu.variables[name].nominal for name in task.interface.states]
     return np.nan_to_num(np.array([float(text) if text is not None else 0.0 for text in declared]), posinf=0.0, neginf=0.0)
 

@@ -53,7 +53,7 @@ _UNTOLD = (
 
 @dataclass(frozen=True)
 class MeasuredIdentification:
-    """What a measured response has shown.
+    """The result of an identification from a measured response.
 
     Attributes:
         identification: modes and other poles; time 0 is the first sample after the excitation.
@@ -140,7 +140,7 @@ def identify_measured(
 
 
 def _not_decaying(found: Identification, length: float) -> list[Finding]:
-    """Findings of modes that do not fade over a record of `length` [s]: no sign tells them from a motion that is kept up."""
+    """Findings of modes that do not decay over a record of `length` [s]: they cannot be distinguished from a sustained motion."""
     kept_up = [
         mode.natural_frequency
         for mode in found.modes
@@ -163,7 +163,7 @@ def _check_times(t: np.ndarray) -> None:
 
 
 def _beginning(t: np.ndarray, excitation: np.ndarray | None, given: float | None) -> tuple[int | None, str]:
-    """The first row of the free response; None where neither the input nor the user tells, and why if there is an input."""
+    """The first row of the free response; None, with the reason, if neither the input nor the user determines it."""
     if given is not None:
         if not np.isfinite(given):
             raise IdentificationError(f"the end of the excitation, {given:g} s, is no finite number")

@@ -69,7 +69,7 @@ class Plant:
 
     @property
     def units(self) -> list[str]:
-        """Units of the outputs, "" where there is none."""
+        """Units of the outputs, "" without one."""
         return [self._system.unit(self._system.split(name)) for name in self.outputs]
 
     @property
@@ -84,14 +84,14 @@ class Plant:
 
     @property
     def duration_hint(self) -> float:
-        """The longest default experiment of its FMUs [s]; 10 s if they tell none."""
+        """The longest default experiment of its FMUs [s]; 10 s if none is declared."""
         declared = [fmu.description.defaultExperiment for fmu in self._system.fmus.values()]
         stops = [_number(one.stopTime) for one in declared if one is not None]
         return max((stop for stop in stops if stop is not None and stop > 0.0), default=_DEFAULT_DURATION)
 
     @property
     def fmus(self) -> dict[str, Fmu]:
-        """Its FMUs by instance name; of an FMU given alone the instance is `ALONE`."""
+        """Its FMUs by instance name; a single FMU is the instance `ALONE`."""
         return dict(self._system.fmus)
 
     def port(self, name: str) -> tuple[str, str]:
@@ -116,7 +116,7 @@ class Plant:
         return sorted({step for step in declared if step is not None and step > 0.0})
 
     def rest_value(self, point: Mapping[str, Any]) -> float:
-        """The input's value at an operating point: what it is given there, else its start value, else 0."""
+        """The input's value at an operating point: the point's, otherwise its start value, otherwise 0."""
         instance, variable = self._system.split(self.input)
         given = {**self._system.start_values[instance], **self._system.fmus[instance].start_values(self._own(instance, point))}
         return float(given.get(variable, self._bounds[3] or 0.0))

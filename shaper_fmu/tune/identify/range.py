@@ -51,7 +51,7 @@ class ModeRange:
 
 @dataclass(frozen=True)
 class PlantModes:
-    """What experiments at several operating points and amplitudes have shown.
+    """The result of experiments at several operating points and amplitudes.
 
     Attributes:
         experiments: the nominal one first.
@@ -163,7 +163,7 @@ def _distance(mode: Mode, other: Mode, scale: np.ndarray) -> float:
 
 
 def _differences(found: list[PlantIdentification]) -> list[Finding]:
-    """Where modes come and go, and findings that the nominal experiment does not have."""
+    """Findings on modes that appear or disappear, and findings that the nominal experiment does not have."""
     findings, known = [], {finding.code for finding in found[0].findings}
     for other in found[1:]:
         where = f"at {_point_text(other.start_values)}, amplitude {other.excitation.amplitude:.3g} {other.input_unit}"

@@ -84,7 +84,7 @@ class Experiment:
         return self.plant.rest_value(self.point)
 
     def find_grid(self, amplitude: float) -> None:
-        """Find out whether an FMU moves on in steps of its own alone, and at which distance [s]: see `on_grid`."""
+        """Find out whether an FMU moves only in internal steps, and their length [s]: see `on_grid`."""
         for own in self.plant.own_steps:
             step = np.array([[0.0, self.rest + _HALF * amplitude]])
             values = self.plant.run(step, _OWN_STEPS * own, own / _DIVIDED, self.point)[1]
@@ -94,11 +94,11 @@ class Experiment:
                 self.grid = max(self.grid, own * _JUST_BEFORE)
 
     def on_grid(self, step: float) -> float:
-        """The next multiple of the distance at which an FMU moves on; the step itself if there is none [s]."""
+        """The next multiple of the FMU's internal step; the step itself if it has none [s]."""
         return max(1, math.ceil(step / self.grid - 1e-9)) * self.grid if self.grid else step
 
     def settle(self, window: float) -> str | None:
-        """Find how long it takes until the outputs rest over `look` [s]; a sentence if they do not."""
+        """Find the time until the outputs rest over `window` [s]; a sentence if they do not."""
         moved = np.ones((1, 3))
         for k in range(_MOST_DOUBLINGS + 1):
             settled = (2.0**k - 1.0) * window
@@ -192,7 +192,7 @@ class Experiment:
         return best
 
     def _halved(self, excitation: Excitation, step: float, samples: int) -> Response:
-        """The response, and what of it is not in proportion to the response to about half the amplitude.
+        """The response, and its deviation from proportionality to the response to about half the amplitude.
 
         Not to half of it: all roundings are the same then, and would not be seen.
         """

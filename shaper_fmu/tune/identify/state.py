@@ -121,7 +121,7 @@ class SettledRuns(Simulation):
 
 
 class Settling:
-    """What is known of a plant's saved states: the runs at hand, and why there are none."""
+    """The plant's saved states: the runs that can be continued, or the reason why there are none."""
 
     def __init__(self) -> None:
         self.problem: str | None = None

@@ -30,7 +30,7 @@ _OVER_SHARE = 60
 
 @dataclass(frozen=True)
 class Survey:
-    """What a broad look has shown: an identification, at which duration [s], and the response."""
+    """The result of a survey: an identification, its duration [s], and the response."""
 
     found: Identification
     duration: float
@@ -38,7 +38,7 @@ class Survey:
 
 
 def survey(experiment: Experiment, kind: ExcitationKind, amplitude: float, duration: float) -> Survey:
-    """Find a duration at which the modes are seen, from `duration` [s] on; raises IdentificationError if there is none.
+    """Find a duration at which the modes are visible, from `duration` [s] on; raises IdentificationError if there is none.
 
     Shorter where the response has content that the samples do not resolve, or aliases; longer where there are too few periods.
     """
@@ -152,7 +152,7 @@ def _aliased(experiment: Experiment, response: Response, found: Identification) 
 
 
 def _has_settled(values: np.ndarray) -> bool:
-    """Whether what moves at the end is a small part of what has moved: a straight line aside."""
+    """Whether the motion at the end is small compared with the whole, without a straight line."""
     for column in values.T:
         rest = _without_last_line(column)
         if np.ptp(rest[-len(rest) // 4 :]) > _SETTLED * np.ptp(rest) + 1e-12 * np.abs(column).max():

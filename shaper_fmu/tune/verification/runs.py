@@ -96,7 +96,7 @@ class ShapedRuns:
         return self.plant.nominal_values(spread)
 
     def measured(self, values: Mapping[str, float]) -> Measured:
-        """What is measured at these parameters. Raises SimulationError, and ComponentError if nothing vibrates."""
+        """The measured shares at these parameters. Raises SimulationError, and ComponentError if nothing vibrates."""
         rest, before, after = (self._residuals(case, values, self._window) for case in self._systems)
         if not max(before) > 0.0:
             raise ArgumentError(f"no output vibrates after the unshaped {self._command.name}: {', '.join(self.outputs)}")

@@ -19,7 +19,7 @@ SHAPER = "input_shaper"
 
 
 class ShapedPlant:
-    """A plant that is wired with one shaper or another.
+    """A plant that can be connected to different shapers.
 
     Args:
         source: an FMU, or a system whose `input` is free; in a system, names are "instance.variable".
@@ -41,7 +41,7 @@ class ShapedPlant:
         return f"{ALONE}.{name}" if self.alone and not name.startswith(f"{ALONE}.") else name
 
     def short(self, name: str) -> str:
-        """A name as people write it: without the instance where there is one FMU alone."""
+        """A short name: without the instance if there is only one FMU."""
         return name.removeprefix(f"{ALONE}.") if self.alone else name
 
     def unit(self, name: str) -> str:
@@ -80,7 +80,7 @@ class ShapedPlant:
 
     @property
     def stepping(self) -> dict[str, Any]:
-        """Options of `Simulation.run`, those of experiments on the plant alone."""
+        """Options of `Simulation.run`, the same as those of experiments on the plant alone."""
         return stepping(self.plant)
 
     def commanded(self, shaper: Mapping[str, Any], command: Command) -> System:

@@ -33,7 +33,7 @@ _MOST_SEARCHED = 80
 
 @dataclass(frozen=True)
 class Verification:
-    """What simulations have shown.
+    """The result of the verification.
 
     Attributes:
         outputs: names.
@@ -128,7 +128,7 @@ class _Worst:
         self._tried: set[tuple[float, ...]] = set()
 
     def measured(self, place: tuple[float, ...], needed: bool = False) -> Measured | None:
-        """What is measured at a place; None where the plant could not be run."""
+        """The measured shares at a point; None if the plant could not be run."""
         if place in self._tried:
             return self.points.get(place)
         self._tried.add(place)
@@ -147,7 +147,7 @@ class _Worst:
         return self.points[place]
 
     def grid(self) -> None:
-        """Corners and what is between them."""
+        """Corners and points between them."""
         count = _POINTS.get(len(self._spread), 3)
         for place in itertools.product(np.linspace(-1.0, 1.0, count).tolist(), repeat=len(self._spread)):
             self.measured(place)
