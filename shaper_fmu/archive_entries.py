@@ -52,7 +52,7 @@ class ArchiveEntry:
         except zlib.error as error:
             raise ArchiveError(f"{archive}: not a readable archive: entry {self.name!r}: {error}") from None
         if len(data) > self.size:
-            raise ArchiveError(f"{archive}: entry {self.name!r} unpacks to more than the {self.size} bytes that it tells")
+            raise ArchiveError(f"{archive}: entry {self.name!r} unpacks to more than the {self.size} bytes that it declares")
         if len(data) < self.size or not complete or zlib.crc32(data) != self.checksum:
             raise ArchiveError(f"{archive}: not a readable archive: entry {self.name!r} is damaged")
         return data

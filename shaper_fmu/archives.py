@@ -45,7 +45,7 @@ def write_file(path: Path, content: bytes) -> Path:
 
 
 def read_file(path: Path) -> bytes:
-    """The content of a file. Raises ArchiveError if it cannot be read, is no plain file (a pipe never ends), or too large."""
+    """The content of a file. Raises ArchiveError if it cannot be read, is not a plain file (a pipe never ends), or too large."""
     try:
         found = path.stat()
         if not stat.S_ISREG(found.st_mode):

@@ -57,7 +57,7 @@ def time_rounding(t: float, h: float) -> float:
 
 
 def time_tolerance(m: Component, t: float, h: float) -> float:
-    """The tolerance with which a kernel decides whether an event at t + h is reached [s]; negative while left limits are requested."""
+    """Tolerance with which a kernel decides whether an event at t + h is reached [s]; negative while left limits are wanted."""
     return -time_rounding(t, h) if m.left_limits else time_rounding(t, h)
 
 
@@ -218,7 +218,7 @@ def Output(unit: str, description: str, start: Any = 0.0, **options: Any) -> Var
 
 
 def Local(unit: str, description: str, start: Any = 0.0, **options: Any) -> Variable:
-    """A variable to look at, not to connect: such as a state that is no output, or its derivative. Options as of Output."""
+    """A variable to look at, not to connect: such as a state that is not an output, or its derivative. Options as of Output."""
     return Variable("local", start, unit, description, **options)
 
 
@@ -313,7 +313,9 @@ class Component:
         kind = variable.kind
         if isinstance(value, str) and issubclass(kind, enum.IntEnum):
             if value not in kind.__members__:
-                raise ComponentError(f"{type(self).__name__}: {value!r} is no {variable.name}.{nearest(value, kind.__members__)}")
+                raise ComponentError(
+                    f"{type(self).__name__}: {value!r} is not a value of {variable.name}.{nearest(value, kind.__members__)}"
+                )
             return kind[value]
         if isinstance(value, str) or (kind is not float and value != int(value)):
             raise ComponentError(f"{type(self).__name__}: {variable.name} = {value!r} is not of type {kind.__name__}")

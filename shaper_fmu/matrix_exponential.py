@@ -85,7 +85,7 @@ def _product(a, b, n, result):
 
 
 def power_of_two(x):
-    """The power of two that is next to x > 0, or 1 where x is no positive number: a scale that rounds nothing."""
+    """The power of two that is next to x > 0, or 1 where x is not a positive number: a scale that rounds nothing."""
     if not 1e-300 < x < 1e300:
         return 1.0
     return 2.0 ** math.floor(math.log2(x) + 0.5)

@@ -87,7 +87,7 @@ def number(domain: str, holds: Callable[[float], bool], kind: type = float) -> C
         try:
             value = kind(text)
         except ValueError:
-            raise typer.BadParameter(f"{text!r} is no {'whole number' if kind is int else 'number'}") from None
+            raise typer.BadParameter(f"{text!r} is not a {'whole number' if kind is int else 'number'}") from None
         if not holds(value):
             raise typer.BadParameter(f"{text} is outside its domain: {domain}")
         return value
@@ -150,7 +150,7 @@ def _wrong_ending(path: Path, endings: tuple[str, ...]) -> str | None:
     if not endings or path.suffix.lower() in endings:
         return None
     known = ", ".join(endings[:-1]) + (" or " if endings[:-1] else "") + endings[-1]
-    return f"{path.name!r} must end with {known}: a file is what its ending says"
+    return f"{path.name!r} must end with {known}: the ending decides the format"
 
 
 def _missing_package(path: Path) -> str | None:
@@ -175,7 +175,7 @@ def _unwritable(path: Path, folder: bool) -> str | None:
         inside = path if folder else path.parent
         nearest = next(place for place in (inside, *inside.absolute().parents) if _mode(place) is not None)
         if not nearest.is_dir():
-            return f"{path}: {nearest} is no folder"
+            return f"{path}: {nearest} is not a folder"
         return None if os.access(nearest, os.W_OK | os.X_OK) else f"{path}: nothing can be written into {nearest.absolute()}"
     except (OSError, ValueError) as error:
         return f"{path}: {_reason(error)}"

@@ -38,7 +38,7 @@ def build(
     ] = None,
     output: Annotated[Path, typer.Option(help="Folder for the FMUs.", callback=output_folder)] = Path("fmus"),
     backend: Annotated[
-        _Backend, typer.Option(help="native: machine code, no Python inside; python: the source, run by the host's Python.")
+        _Backend, typer.Option(help="native: machine code without Python; python: the source, run by the host's Python.")
     ] = _Backend.native,
     fmi: Annotated[_Fmi, typer.Option(help="Version of FMI.")] = _Fmi.two,
     platforms: Annotated[
@@ -51,15 +51,15 @@ def build(
     ] = None,
     without: Annotated[
         list[str] | None,
-        typer.Option("--without", help="Output that the FMU does not show, such as a Boolean; may be repeated."),
+        typer.Option("--without", help="Output to leave out of the FMU, such as a Boolean; may be repeated."),
     ] = None,
     name: Annotated[
-        str, typer.Option(help="With --start or --without: what the FMU is called. Default: such as MotionProfile_s_curve.")
+        str, typer.Option(help="With --start or --without: the FMU's name. Default: a name such as MotionProfile_s_curve.")
     ] = "",
 ) -> None:
-    """Build FMUs of components, and SSP archives of system folders (from FMUs built before).
+    """Build FMUs from components, and SSP archives from system folders (with FMUs that exist already).
 
-    What was compiled is kept in a cache, so that building again takes seconds.
+    Compiled code is kept in a cache, so that the next build takes seconds.
     """
     from shaper_fmu.export.build import build_fmu
     from shaper_fmu.export.native.toolchain import PLATFORMS

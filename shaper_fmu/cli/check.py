@@ -14,13 +14,13 @@ from shaper_fmu.console import out
 def check(
     files: Annotated[list[Path], typer.Argument(help="FMUs (.fmu) and SSP archives (.ssp).", callback=input_file())],
     portable: Annotated[
-        bool, typer.Option("--portable", help="Tell also what of an SSP archive other tools ignore, refuse or do otherwise.")
+        bool, typer.Option("--portable", help="Also report what other tools ignore, refuse or treat differently in an SSP archive.")
     ] = False,
 ) -> None:
-    """Check FMUs and SSP archives; print every problem, one a line, with file and line.
+    """Check FMUs and SSP archives; print all findings, one per line, with file and line.
 
-    Of an archive: the standard's schemas, and names, types, units, sources, parameters and loops, which they do not see;
-    what begins with "note:" does not keep it from being run.
+    Archives are checked by the standard's schemas, and for names, types, units, sources, parameters and loops, which the schemas
+    do not cover. A finding that begins with "note:" does not prevent a run.
     """
     found = False
     for file in files:

@@ -69,33 +69,39 @@ def design(
     ] = None,
     damping_ratio: Annotated[
         list[float] | None,
-        typer.Option("--damping-ratio", "-z", help="Damping ratio; once, or once for each mode.", parser=check.damping_ratio),
+        typer.Option(
+            "--damping-ratio", "-z", help="Damping ratio; one for all modes, or one per mode.", parser=check.damping_ratio
+        ),
     ] = None,
     tolerance: Annotated[
-        float, typer.Option(help="Tolerated residual vibration V: of EI, SI, the insensitivity.", parser=check.share)
+        float, typer.Option(help="Tolerated residual vibration V, for EI, SI and the insensitivity.", parser=check.share)
     ] = 0.05,
     low: Annotated[
         float | None,
-        typer.Option(help="Lowest natural frequency: that si tolerates, that V is proven from [rad/s].", parser=check.positive),
+        typer.Option(
+            help="Lowest natural frequency: the lower end of si's range, or of the range for which V is bounded [rad/s].",
+            parser=check.positive,
+        ),
     ] = None,
-    high: Annotated[float | None, typer.Option(help="Highest natural frequency, the same [rad/s].", parser=check.positive)] = None,
+    high: Annotated[
+        float | None,
+        typer.Option(help="Highest natural frequency: the upper end of the same range [rad/s].", parser=check.positive),
+    ] = None,
     damping_range: Annotated[
         tuple[float, float] | None,
-        typer.Option(help="Damping ratios that V is proven for, with --low and --high.", parser=check.damping_ratio),
+        typer.Option(help="Damping ratios for which V is bounded, with --low and --high.", parser=check.damping_ratio),
     ] = None,
     distance: Annotated[float, typer.Option(help="Distance of a profile [m].", parser=check.finite)] = 1.0,
     duration: Annotated[
         float | None,
         typer.Option(help="Duration of a profile (default: the shortest) or pulse train [s].", parser=check.not_negative),
     ] = None,
-    max_velocity: Annotated[
-        float, typer.Option(help="Speed that a profile never exceeds [m/s].", parser=check.positive)
-    ] = NO_LIMIT,
+    max_velocity: Annotated[float, typer.Option(help="Largest speed of a profile [m/s].", parser=check.positive)] = NO_LIMIT,
     max_acceleration: Annotated[
-        float, typer.Option(help="Acceleration that a profile never exceeds [m/s2].", parser=check.positive)
+        float, typer.Option(help="Largest acceleration of a profile [m/s2].", parser=check.positive)
     ] = NO_LIMIT,
     frequency_ratio: Annotated[
-        float, typer.Option(help="Carrier frequency over the damped one, of pulse trains.", parser=check.positive)
+        float, typer.Option(help="Carrier frequency of pulse trains, divided by the damped frequency.", parser=check.positive)
     ] = 13.0,
     minimum_pulse_width: Annotated[
         float, typer.Option(help="Shortest pulse or gap of pulse trains [s].", parser=check.not_negative)
@@ -103,15 +109,15 @@ def design(
     modes: Annotated[
         Path | None,
         typer.Option(
-            help="Choose which modes to shape: a file of a step response's modes (TOML or JSON).",
+            help="Select the modes to shape from a file with the modes of a step response (TOML or JSON).",
             callback=check.input_file(".toml", ".json"),
         ),
     ] = None,
     other: Annotated[
-        list[str] | None, typer.Option("--or", help="With --modes: another shaper that each mode may have instead; repeatable.")
+        list[str] | None, typer.Option("--or", help="With --modes: an alternative shaper for each mode; repeatable.")
     ] = None,
     settling: Annotated[
-        bool, typer.Option("--settling", help="With --modes: the earliest settling instead of the shortest shaper.")
+        bool, typer.Option("--settling", help="With --modes: minimise the settling time instead of the shaper's duration.")
     ] = False,
     plot: Annotated[
         Path | None,
@@ -122,10 +128,10 @@ def design(
     ] = None,
     **parameters: float,
 ) -> None:
-    """Design a shaper, a profile or a pulse train: print its numbers and figures of merit, plot its sensitivity.
+    """Design a shaper, a profile or a pulse train; print its numbers and figures of merit, and plot its sensitivity.
 
     si: specified insensitivity from --low to --high. direct_zv, direct_zvd: two modes at once, shorter than convolved.
-    With --low and --high, a bound of the residual vibration V is proven for all frequencies (and damping ratios) in between.
+    With --low and --high, an upper bound of the residual vibration V is proven for all frequencies (and damping ratios) in between.
     With --modes, --tolerance is the share of the final values that may swing after the last impulse.
     Example: shaper-fmu design zvd --natural-frequency 5 --damping-ratio 0.1 --plot zvd.html
     """

@@ -97,10 +97,8 @@ def run(
     stop_time: Annotated[float | None, typer.Option(help="Stop time [s]. Default: the system's.", parser=finite)] = None,
     step: Annotated[float | None, typer.Option(help="Communication step [s]. Default: the system's.", parser=positive)] = None,
     algorithm: Annotated[Algorithm | None, typer.Option(help="Master algorithm. Default: the system's, or jacobi.")] = None,
-    grid: Annotated[
-        bool, typer.Option("--grid", help="Keep to the communication step, instead of ending steps at events.")
-    ] = False,
-    everywhere: Annotated[bool, typer.Option("--events", help="Results at events, too, on both sides of jumps.")] = False,
+    grid: Annotated[bool, typer.Option("--grid", help="End steps only at communication points, not at events.")] = False,
+    everywhere: Annotated[bool, typer.Option("--events", help="Record results at events, too, on both sides of jumps.")] = False,
     output: Annotated[
         Path | None,
         typer.Option(help="Write all outputs to this table: .csv or .parquet.", callback=output_file(".csv", ".parquet")),
@@ -134,7 +132,7 @@ def run(
     stop_time = stop_time if stop_time is not None else loaded.structure.stop_time
     step = step if step is not None else loaded.structure.step_size
     if stop_time is None or step is None:
-        raise typer.BadParameter("the system tells no stop time or step size; give --stop-time and --step")
+        raise typer.BadParameter("the system declares no stop time or step size; give --stop-time and --step")
     start_time = loaded.structure.start_time or 0.0
     with wrong_usage("--stop-time or --step") if given else nullcontext():
         number_of_steps(loaded.system, start_time, stop_time, step)

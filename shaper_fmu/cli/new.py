@@ -13,32 +13,30 @@ from shaper_fmu.cli.paths import shown, wrote
 from shaper_fmu.console import err, out
 from shaper_fmu.progress import progress
 
-app = typer.Typer(no_args_is_help=True, help="Write something to begin with.")
+app = typer.Typer(no_args_is_help=True, help="Write templates.")
 
 
 @app.callback()
 def _new() -> None:
-    """Write something to begin with: a system."""
+    """Write a template: a system."""
 
 
 @app.command("system")
 def new_system(
     plant: Annotated[Path, typer.Option(help="The plant (.fmu).", callback=input_file(".fmu"))],
-    input_: Annotated[str, typer.Option("--input", help="The plant's input that is to be moved, such as a force.")],
-    output: Annotated[str, typer.Option(help="The plant's output to look at, such as a position.")],
+    input_: Annotated[str, typer.Option("--input", help="The plant's input that gets the command, such as a force.")],
+    output: Annotated[str, typer.Option(help="The plant's output to observe, such as a position.")],
     target: Annotated[
         Path | None,
         typer.Option("--output-file", help="Archive to write. Default: <plant>_shaped.ssp.", callback=output_file(".ssp")),
     ] = None,
     shaper: Annotated[str, typer.Option(help="Shaper: none, zv, zvd, zvdd, zvddd, ei, ...")] = "zv",
     natural_frequency: Annotated[
-        float | None, typer.Option(help="Natural frequency [rad/s]. Default: what the plant tells, or 2 pi.", parser=positive)
+        float | None, typer.Option(help="Natural frequency [rad/s]. Default: the plant's, or 2 pi.", parser=positive)
     ] = None,
-    damping_ratio: Annotated[
-        float | None, typer.Option(help="Damping ratio. Default: what the plant tells, or 0.", parser=damping)
-    ] = None,
+    damping_ratio: Annotated[float | None, typer.Option(help="Damping ratio. Default: the plant's, or 0.", parser=damping)] = None,
 ) -> None:
-    """Put a reference and the input shaper in front of a plant, as an SSP archive.
+    """Write an SSP archive with a reference and an input shaper in front of a plant.
 
     \b
     Example:
@@ -61,5 +59,5 @@ def new_system(
         )
     wrote(written.path, f": profile.{written.profile_output} -> shaper -> plant.{input_}")
     summary = f"{shaper} for {written.natural_frequency:.6g} rad/s and the damping ratio {written.damping_ratio:.6g}"
-    out.print(summary if written.known else f"{summary}: the plant tells no natural frequency, so give --natural-frequency")
+    out.print(summary if written.known else f"{summary}: the plant declares no natural frequency, so give --natural-frequency")
     out.print(f"try: shaper-fmu run {shown(written.path)}, and the same with --parameter-set unshaped; look at plant.{output}")

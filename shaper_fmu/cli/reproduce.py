@@ -25,12 +25,12 @@ _STYLES = {"reproduced": "green", "not reproduced": "red", "not decidable": "yel
 
 
 def reproduce(
-    name: Annotated[str, typer.Argument(help=f"What to run again: {', '.join(NAMES)}, or all.")] = "all",
+    name: Annotated[str, typer.Argument(help=f"Papers to reproduce: {', '.join(NAMES)}, or all.")] = "all",
     output: Annotated[Path, typer.Option(help="Folder for the pages and pictures.", callback=output_folder)] = Path("results"),
 ) -> None:
-    """Run the papers' studies again through the FMUs: a verdict for each claim, a page and pictures.
+    """Repeat the papers' studies with the FMUs; give a verdict for each claim, a page and pictures.
 
-    A claim that does not hold is a result, not a fault: the exit code is 1 only when a run fails.
+    A claim that does not hold is a result, not an error: the exit code is 1 only if a run fails.
     """
     if name != "all" and name not in NAMES:
         raise typer.BadParameter(f"there is no {name!r}.{nearest(name, [*NAMES, 'all'])}", param_hint="NAME")

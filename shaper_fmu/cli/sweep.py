@@ -30,17 +30,17 @@ def sweep(
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(help="Worker processes; 0 runs everything in this one. Default: one for each processor.", parser=index),
+        typer.Option(help="Worker processes; 0 runs everything in this process. Default: one per processor.", parser=index),
     ] = None,
     dask: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Dask scheduler, such as tcp://host:8786, or `local` for a cluster of its own."),
+        typer.Option(metavar="ADDRESS", help="Dask scheduler, such as tcp://host:8786, or `local` for a new cluster here."),
     ] = None,
-    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run those that have failed again.")] = False,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Repeat failed runs.")] = False,
 ) -> None:
-    """Run what a study plans and its store does not hold yet; print the robustness tables.
+    """Do the runs of a study that its store lacks; print the robustness tables.
 
-    Ctrl-C or a crash costs nothing that was finished: the same command goes on with the rest. A run that fails is kept
+    Ctrl-C or a crash costs nothing that was finished: the same command continues with the rest. A run that fails is kept
     with its reason, and the others go on.
 
     Example, a study of how a shaped move leaves a crane swinging when its rope is longer or shorter than thought:
@@ -108,7 +108,7 @@ def _run(planned: Study, target: Path, engine: Engine, retry_failed: bool) -> di
         else:
             err.print(
                 f"{message}: {done + failed} of {total} runs are finished ({failed} failed) and kept in {shown(target)}; "
-                "the same command goes on with the rest"
+                "the same command continues with the rest"
             )
         raise typer.Exit(code) from None
 
@@ -144,7 +144,7 @@ def _failure_lines(data: SweepData) -> list[str]:
 def report_store(
     store: Annotated[Path, typer.Argument(help=_STORE, callback=input_file())],
     output: Annotated[
-        Path, typer.Option(help="Page to write (.html); pictures are put beside it.", callback=output_file(*PAGE))
+        Path, typer.Option(help="Page to write (.html); the pictures are written beside it.", callback=output_file(*PAGE))
     ] = Path("report.html"),
 ) -> None:
     """Write the report of a sweep: one self-contained page, and a picture of each figure.

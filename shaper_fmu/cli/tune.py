@@ -29,7 +29,7 @@ def share(text: str, option: str | None = None) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise typer.BadParameter(f"{text!r} is no share; write 5% or 0.05", param_hint=option)
+        raise typer.BadParameter(f"{text!r} is not a share; write 5% or 0.05", param_hint=option)
     return value
 
 
@@ -43,12 +43,15 @@ def tune(
     ],
     input_: Annotated[
         str,
-        typer.Option("--input", help="The plant's input that gets the commands; of a measured response the excitation's column."),
+        typer.Option(
+            "--input", help="The plant's input that gets the commands; for a measured response the column of the excitation."
+        ),
     ] = "",
     outputs: Annotated[
-        list[str] | None, typer.Option("--output", help="An output that shall not vibrate; repeatable. Default: all that do.")
+        list[str] | None,
+        typer.Option("--output", help="An output that must not vibrate; repeatable. Default: all outputs that vibrate."),
     ] = None,
-    tolerance: Annotated[str, typer.Option(help="Residual vibration that is tolerated, as a share of the unshaped.")] = "5%",
+    tolerance: Annotated[str, typer.Option(help="Tolerated residual vibration, as a share of the unshaped vibration.")] = "5%",
     nominal: Annotated[str, typer.Option(help="The same for the nominal plant; never more than --tolerance.")] = "1%",
     max_delay: Annotated[
         float,
@@ -71,14 +74,14 @@ def tune(
     amplitude: Annotated[
         float | None,
         typer.Option(
-            help="Size of the plant's commands, in the input's unit. Default: what the description suggests.",
+            help="Size of the plant's commands, in the input's unit. Default: from the model description.",
             parser=number("a finite number but 0", lambda x: math.isfinite(x) and x != 0.0),
         ),
     ] = None,
     duration: Annotated[
         float | None,
         typer.Option(
-            help="A guess how long some periods of the slowest mode take [s]. Default: what the FMU tells.", parser=positive
+            help="Estimate of some periods of the slowest mode [s]. Default: the FMU's default experiment.", parser=positive
         ),
     ] = None,
     kinds: Annotated[
@@ -87,18 +90,18 @@ def tune(
     allow_negative: Annotated[bool, typer.Option("--allow-negative", help="Shapers may have negative impulses.")] = False,
     excitation_end: Annotated[
         float | None,
-        typer.Option(help="When the measured response becomes free [s]. Default: from --input, or a guess.", parser=finite),
+        typer.Option(help="When the measured response becomes free [s]. Default: from --input, or estimated.", parser=finite),
     ] = None,
     folder: Annotated[
         Path | None,
-        typer.Option("--output-folder", help="Folder for what is written. Default: <plant>_tuned.", callback=output_folder),
+        typer.Option("--output-folder", help="Output folder. Default: <plant>_tuned.", callback=output_folder),
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Whether to write the report.")] = True,
 ) -> None:
     """Identify a plant's modes, choose a shaper for them, and verify it on the plant.
 
-    Writes the shaper as an FMU and as a parameter set, the plant behind it as an SSP archive, a report, and all numbers as JSON.
-    Exit code 1 if no shaper does what is wanted; the words say why, and what would help.
+    Writes the shaper as an FMU and as a parameter set, the shaped plant as an SSP archive, a report, and all numbers as JSON.
+    The exit code is 1 if no shaper meets the requirements; the output gives the reason, and what would help.
 
     \b
     Examples:

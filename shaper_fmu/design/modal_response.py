@@ -176,7 +176,7 @@ def step_response(a: Any, b: Any, c: Any, names: Sequence[str] | None = None) ->
         unstable = eigenvalues[np.argmax(eigenvalues.real)]
         raise ArgumentError(f"the system is not stable: it has the pole {unstable:.6g} rad/s, so its response does not settle")
     if np.linalg.cond(vectors) > 1e10:
-        raise ArgumentError("eigenvalues coincide, so the response is no sum of modes; change a parameter a little")
+        raise ArgumentError("eigenvalues coincide, so the response is not a sum of modes; change a parameter a little")
     shares = np.linalg.solve(vectors, b.astype(complex)) / eigenvalues  # e^(A t) A^-1 b, by modes
     kept = eigenvalues.imag >= 0.0
     residues = (c @ vectors) * shares * np.where(eigenvalues.imag > 0.0, 2.0, 1.0)

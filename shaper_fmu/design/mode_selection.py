@@ -242,7 +242,7 @@ def distinct_kinds(kinds: str | Sequence[str]) -> tuple[str, ...]:
     if not found:
         raise ArgumentError("give at least one kind of shaper")
     if "none" in found:
-        raise ArgumentError("'none' is no kind of shaper to choose from: every mode may be left alone anyway")
+        raise ArgumentError("'none' is not a kind of shaper to choose from: every mode may be left alone anyway")
     return found
 
 

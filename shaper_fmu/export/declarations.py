@@ -75,7 +75,7 @@ def _of_messages(component: type[Component]) -> Iterator[str]:
         yield from wrong
         for name in [] if wrong else re.findall(r"\{(\w+)\}", text):
             if name not in component.variables:
-                yield f"{what} names {{{name}}}, which is no variable.{nearest(name, component.variables)}"
+                yield f"{what} names {{{name}}}, which is not a variable.{nearest(name, component.variables)}"
 
 
 def _of_variable(variable: Variable) -> Iterator[str]:

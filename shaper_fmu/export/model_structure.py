@@ -21,14 +21,14 @@ def names_of(component: type[Component], *causalities: str) -> tuple[str, ...]:
 
 
 def dependencies(component: type[Component], output: Variable) -> tuple[str, ...]:
-    """Names of the inputs that act on the output without delay. Raises BuildError if one of them is no input."""
+    """Names of the inputs that act on the output without delay. Raises BuildError if one of them is not an input."""
     inputs = names_of(component, "input")
     if output.depends is None:
         return inputs
     for name in output.depends:
         if name not in inputs:
             raise BuildError(
-                f"{component.__name__}: depends of {output.name!r} names {name!r}, which is no input.{nearest(name, inputs)}"
+                f"{component.__name__}: depends of {output.name!r} names {name!r}, which is not an input.{nearest(name, inputs)}"
             )
     return output.depends
 
@@ -57,7 +57,7 @@ def continuous_states(component: type[Component]) -> list[tuple[Variable, Variab
     for name in component.continuous_states or ():
         if name not in known:
             raise BuildError(
-                f"{component.__name__}: continuous_states names {name!r}, which is no output or local.{nearest(name, known)}"
+                f"{component.__name__}: continuous_states names {name!r}, which is not an output or local.{nearest(name, known)}"
             )
         state = component.variables[name]
         derivative = derivative_of(component, state)

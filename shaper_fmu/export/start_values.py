@@ -58,7 +58,7 @@ def with_start_values(
         r"\W+", "_", "_".join([component.__name__, *map(_text, values.values()), *(["without", *without] if without else [])])
     ).strip("_")
     if not name.isidentifier() or not name.isascii() or name == component.__name__:
-        raise ComponentError(f"{name!r} is no name for {component.__name__} with other start values: letters, digits and _ only")
+        raise ComponentError(f"{name!r} is not a name for {component.__name__} with other start values: letters, digits and _ only")
     found = [v for v in component.variables.values() if v.causality in ("parameter", "input")]
     other = [v for v in found if getattr(changed, v.name) != v.start]
     source = _SOURCE.format(

@@ -27,7 +27,7 @@ def check_dimensions(root: etree._Element, where: str) -> list[str]:
         texts = [_size(dimension, sizes, what) for dimension in variable.findall("Dimension")]
         for text in texts:
             if not _SIZE.fullmatch(text):
-                raise ArchiveError(f"{what}: a dimension of {text!r} is no size: it must be an integer from 0 on")
+                raise ArchiveError(f"{what}: a dimension of {text!r} is not a size: it must be an integer from 0 on")
         elements = 1
         for text in texts:
             elements *= int(text)

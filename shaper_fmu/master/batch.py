@@ -128,7 +128,7 @@ class Batch:
             self.system.fmus[port[0]].variable(port[1], "input", "parameter")
             if port not in found:
                 if self.system.fmus[port[0]].variables[port[1]].start is None:
-                    raise ModelError([f"{name} has no start value of its own; give it one in the system"])
+                    raise ModelError([f"{name} has no start value; give it one in the system"])
                 found[port] = self.instances[port[0]].start_value(port[1])
         return found
 

@@ -97,7 +97,7 @@ def _number(element: etree._Element, name: str) -> float | None:
     except ValueError:
         value = math.nan
     if not math.isfinite(value) or (name in _WHOLE and value != int(value)):
-        raise ValueError(f"{name} = {text!r} is no {'whole ' if name in _WHOLE else ''}number")
+        raise ValueError(f"{name} = {text!r} is not a {'whole ' if name in _WHOLE else ''}number")
     return value
 
 
@@ -109,7 +109,7 @@ def _problem(causality: str, variability: str, interval: float | None, shift: fl
     if causality != "input" and variability != TRIGGERED:
         return f"it is of causality {causality}, and only inputs can be {variability}"
     if variability == "constant" and interval is None:
-        return "it is constant, but neither intervalDecimal nor intervalCounter and resolution tell its interval"
+        return "it is constant, but neither intervalDecimal nor intervalCounter and resolution define its interval"
     if interval is not None and not interval > 0.0:
         return f"its interval {interval:g} must be above 0"
     if not shift >= 0.0:
@@ -120,7 +120,7 @@ def _problem(causality: str, variability: str, interval: float | None, shift: fl
 def fmu_clock_problems(description: ModelDescription, content: bytes, name: str) -> list[str]:
     """The parts of an FMU's clocks and Scheduled Execution that this master cannot run; `content` is modelDescription.xml."""
     if description.coSimulation is None and description.scheduledExecution is not None:
-        return ["it has Scheduled Execution alone, which this master does not run: co-simulation with event mode runs clocks"]
+        return ["it has only Scheduled Execution, which this master does not run; clocks need co-simulation with event mode"]
     if not any(is_clock(variable) for variable in description.modelVariables):
         return []
     event_mode = bool(getattr(description.coSimulation, "hasEventMode", False))
@@ -135,7 +135,7 @@ def description_problems(clocks: Iterable[Clock], co_simulation: bool, event_mod
     ticking = [clock.name for clock in clocks if clock.causality != "local"]
     if ticking and co_simulation and not event_mode:
         problems.append(
-            f"{named_clocks(ticking)} in event mode alone, but co-simulation has none (hasEventMode is not true), so that this "
+            f"{named_clocks(ticking)} only in event mode, but co-simulation has none (hasEventMode is not true), so that this "
             "master refuses to run it"
         )
     return problems

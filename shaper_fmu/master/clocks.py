@@ -47,7 +47,7 @@ def clock_problems(fmus: Mapping[str, Fmu], connections: Mapping[Port, Port], wi
         problems += [f"{name}: {problem}" for problem in description_problems(clocks, True, fmu.has_event_mode)]
         ticking = [clock.name for clock in clocks if clock.causality != "local"]
         if ticking and fmu.has_event_mode and name in without_event_mode:
-            problems.append(f"{name}: {named_clocks(ticking)} in event mode alone: leave out use_event_mode({name!r}, False)")
+            problems.append(f"{name}: {named_clocks(ticking)} only in event mode: leave out use_event_mode({name!r}, False)")
         problems += [
             f"clock {name}.{clock.name} ticks when another clock does, but nothing is connected to it: connect an output clock"
             for clock in clocks
@@ -110,10 +110,10 @@ def check_clock_connection(fmus: Mapping[str, Fmu], source: Port, target: Port, 
     ends = [next(clock for clock in clocks_of(fmus[name]) if clock.name == variable) for name, variable in (source, target)]
     what = f"{'.'.join(source)} -> {'.'.join(target)}"
     if ends[0].causality != "output":
-        raise ModelError([f"{what}: {'.'.join(source)} is no output clock"])
+        raise ModelError([f"{what}: {'.'.join(source)} is not an output clock"])
     if ends[1].variability != TRIGGERED:
         raise ModelError(
-            [f"{what}: {'.'.join(target)} ticks at times of its own ({ends[1].variability}); only triggered ones can be fed"]
+            [f"{what}: {'.'.join(target)} ticks at its own times ({ends[1].variability}); only triggered clocks can be connected"]
         )
     if target in known:
         raise ModelError([f"input {'.'.join(target)} is already driven by {'.'.join(known[target])}"])

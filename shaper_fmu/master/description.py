@@ -77,7 +77,7 @@ def _parsed(content: bytes, where: str, findings: list[str]) -> etree._Element:
                 root = parse_xml(begin.decode(encoding, undefined).encode("utf-8"), where, "utf-8")
             except (ArchiveError, UnicodeDecodeError):
                 continue
-            findings.append(f"it is not in the encoding that it tells; read as {encoding}")
+            findings.append(f"it is not in its declared encoding; read as {encoding}")
             break
         else:
             raise first
@@ -163,7 +163,9 @@ def _start_findings(description: ModelDescription) -> list[str]:
         items = set(items_of(variable).values())
         wrong = [text for text in str(variable.start or "").split() if items and whole(text) not in items]
         if wrong:
-            message = f"the start value {wrong[0]} of {variable.name!r} (line {variable.sourceline}) is no item of its enumeration"
+            message = (
+                f"the start value {wrong[0]} of {variable.name!r} (line {variable.sourceline}) is not an item of its enumeration"
+            )
             findings.append(message)
     return findings
 

@@ -48,7 +48,7 @@ def fault_error(program: Program, instances: Mapping[str, Instance], control: An
         variable = instance.fmu.variables[input_]
         words = {
             of.NOT_IN_RANGE: f", which does not fit into its type {variable.type}",
-            of.NO_ITEM: f", which is no item of the enumeration: {shown_items(items_of(variable))}",
+            of.NO_ITEM: f", which is not an item of the enumeration: {shown_items(items_of(variable))}",
         }.get(fault, "")
         shown = f"{value:.0f}" if fault == of.NO_ITEM else f"{value}"
         return SimulationError(

@@ -233,7 +233,7 @@ class Instance:
         self.usable = self.usable and not self.fatal
         logged = [text.removeprefix("Fatal py exception encountered: ").split("PyObject_CallMethod\n")[-1] for text in self.log]
         reasons = f": {'; '.join(logged[-3:])}" if logged else ""
-        verb = _FAILED.get(status, f"returned {status}, which is no status")
+        verb = _FAILED.get(status, f"returned {status}, which is not a status")
         end = " (Fatal: it cannot be used any more)" if status == 4 else ""
         return SimulationError(f"{self.name}{moment(at)}: {function} {verb}{reasons or ' and gave no message'}{end}")
 

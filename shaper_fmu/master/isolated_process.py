@@ -149,7 +149,7 @@ class Child:
         """The last lines of its standard error, as part of a message."""
         self._threads[1].join(1.0)
         lines = [line.strip() for line in self._tail.decode("utf-8", "replace").splitlines() if line.strip()]
-        return f"; last words: {'; '.join(lines[-3:])}" if lines else ""
+        return f"; last messages: {'; '.join(lines[-3:])}" if lines else ""
 
     def kill(self) -> int:
         """Kill the process and its child processes; returns its status."""

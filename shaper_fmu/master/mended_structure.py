@@ -26,7 +26,7 @@ def mend_structure(root: etree._Element, version: int, where: str) -> list[str]:
     for unknown in unknowns:
         reference = _plain(unknown.get(key))
         if reference not in known:
-            message = f"ModelStructure (line {unknown.sourceline}): {key} = {unknown.get(key)!r} is no variable"
+            message = f"ModelStructure (line {unknown.sourceline}): {key} = {unknown.get(key)!r} is not a variable"
             hint = f"; they are counted from 1 to {len(variables)}" if version == 2 else ""
             raise ArchiveError(f"{where}: {message}{hint}")
         unknown.set(key, reference)
@@ -62,9 +62,9 @@ def _mend_dependencies(unknowns: list[etree._Element], known: set[str], shared: 
             if kinds is not None:
                 unknown.set("dependenciesKind", " ".join(kinds.split()))
             if wrong and not doubtful:
-                why = "several variables have" if wrong[0] in shared else "is no variable's"
+                why = "several variables have" if wrong[0] in shared else "is not a variable's"
                 message = f"ModelStructure (line {unknown.sourceline}): dependencies name the {key} {wrong[0]}, which {why}"
-                yield f"{message}; no dependencies are taken as told"
+                yield f"{message}; taken as without dependencies"
                 doubtful = True
     for unknown in unknowns if doubtful else []:
         for attribute in ("dependencies", "dependenciesKind"):
@@ -78,7 +78,7 @@ def _mend_derivatives(root: etree._Element, version: int, known: set[str]) -> It
             element.set("derivative", _plain(given))
             if _plain(given) not in known:
                 del element.attrib["derivative"]
-                yield f"derivative (line {element.sourceline}): {given!r} is no variable; taken as not given"
+                yield f"derivative (line {element.sourceline}): {given!r} is not a variable; taken as not given"
 
 
 def _check_clocks(variables: list[etree._Element], known: set[str], where: str) -> None:
@@ -90,6 +90,6 @@ def _check_clocks(variables: list[etree._Element], known: set[str], where: str) 
             if wrong is not None or not names:
                 message = f"variable {variable.get('name')!r} (line {variable.sourceline}): clocks = {clocks!r}"
                 raise ArchiveError(
-                    f"{where}: {message} {'names no clock' if wrong is None else f'names {wrong}, which is no variable'}"
+                    f"{where}: {message} {'names no clock' if wrong is None else f'names {wrong}, which is not a variable'}"
                 )
             variable.set("clocks", " ".join(names))

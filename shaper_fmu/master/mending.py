@@ -94,7 +94,7 @@ def _numbers(element: etree._Element, attributes: tuple[str, ...], of: Callable[
     for attribute in attributes:
         text = element.get(attribute)
         if text is not None and of(text) is None:
-            yield _forget(element, attribute, f"is no {kind}; taken as not given")
+            yield _forget(element, attribute, f"is not a {kind}; taken as not given")
 
 
 def _mend_root(root: etree._Element, version: int, where: str) -> Iterator[str]:
@@ -127,7 +127,7 @@ def _mend_interfaces(root: etree._Element, version: int, where: str) -> Iterator
 
 
 def _wrong_identifier(identifier: str | None) -> str | None:
-    """Why a model identifier is no name of a file in the folder of libraries."""
+    """Why a model identifier is not a name of a file in the folder of libraries."""
     if not identifier or not identifier.strip():
         return "is missing: it is the name of the library"
     if len(identifier.encode()) > _LONGEST_IDENTIFIER:

@@ -72,7 +72,7 @@ def _late_note(system: SystemStructure, treatment: Treatment, name: str, targets
     what = _listed([f"{output} to {', '.join(targets[output])}" for output in declared or targets])
     return (
         f"{name}: {condition}{what} is a step late{' between events' if between else ''}, since FMI allows no reading between set "
-        f"and step: take smaller steps or algorithm='gauss_seidel', or system.read_after_set({name!r}) if it is known to bear it"
+        f"and step: take smaller steps or algorithm='gauss_seidel', or system.read_after_set({name!r}) if it is known to allow it"
     )
 
 
@@ -93,7 +93,7 @@ def _description_notes(system: SystemStructure) -> list[str]:
         first = " ".join(fmu.findings[0].split())
         first = first if len(first) <= _LONGEST else f"{first[:_LONGEST]}..."
         count = f"{len(fmu.findings)} findings, the first: " if len(fmu.findings) > 1 else ""
-        notes.append(f"{fmu.name} is not to the standard, but can be run ('shaper-fmu check' tells all): {count}{first}")
+        notes.append(f"{fmu.name} deviates from the standard, but can be run ('shaper-fmu check' lists all): {count}{first}")
     return notes
 
 

@@ -60,7 +60,7 @@ def occupy(name: str, fmu: Fmu, key: Key | None) -> None:
     if there is not mine:
         raise OccupiedError(
             f"{name}: {fmu.name} says {FLAG}, and this process has {there}. Close simulations as soon as they are done "
-            "(close(), or a with statement), or run this one in a process of its own (isolate=True)"
+            "(close(), or a with statement), or run this one in a separate process (isolate=True)"
         )
 
 

@@ -22,7 +22,7 @@ from shaper_fmu.master.arithmetic import STANDARD, arithmetic_mode, set_arithmet
 
 
 class Part(Protocol):
-    """One of them. `words` name it."""
+    """One of them. `label` names it."""
 
     label: str
 
@@ -204,7 +204,7 @@ class Arithmetic:
         set_arithmetic_mode(STANDARD)
 
     def restore(self) -> bool:
-        """Set the standard mode. The compiled loop has told nobody, either."""
+        """Set the standard mode. This is not reported, as in the compiled loop."""
         set_arithmetic_mode(STANDARD)
         return False
 

@@ -115,7 +115,7 @@ class Kept:
 
 
 def _leave_to_the_copy() -> None:
-    """In a process that Python has forked, such as a worker of multiprocessing, the state that was kept before does not apply."""
+    """Forget the kept state in a process that Python has forked, such as a worker of multiprocessing."""
     _threads.kept = None
 
 
@@ -144,4 +144,4 @@ def keeping(method: F) -> F:
 def process_notes(changed: Iterable[str]) -> tuple[str, ...]:
     """Notes on the state that was restored."""
     named = sorted(changed)
-    return (f"the FMUs have changed {', '.join(named)} in this process; that was put back",) if named else ()
+    return (f"the FMUs have changed {', '.join(named)} in this process; that was restored",) if named else ()

@@ -283,7 +283,7 @@ class Simulation:
         displays = {name: self.system.display_unit(port) for name, port in zip(names, self._recorded, strict=True)}
         for name, column in zip(names, columns, strict=True):
             if np.isnan(column.min(initial=0.0)):
-                notes = (*notes, f"{name} is no number from t = {times[np.isnan(column).argmax()]:.15g} s on")
+                notes = (*notes, f"{name} is not a number from t = {times[np.isnan(column).argmax()]:.15g} s on")
         return Results(
             times,
             dict(zip(names, columns, strict=True)),

@@ -74,7 +74,7 @@ class SystemStructure:
         """
         if not _NAME.fullmatch(name):
             message = "letters, digits and _ only, not beginning with a digit (and dots between the names of nested systems)"
-            raise ModelError([f"{name!r} is no name for an instance: {message}"])
+            raise ModelError([f"{name!r} is not a name for an instance: {message}"])
         if name in self.fmus:
             raise ModelError([f"there is already an instance {name!r}"])
         loaded = fmu if isinstance(fmu, Fmu) else load_fmu(fmu)
@@ -98,7 +98,7 @@ class SystemStructure:
         used += [(instance, variable) for variable in self.start_values[instance]]
         lost = [variable for owner, variable in used if owner == instance and variable not in fmu.variables]
         if lost:
-            raise ModelError([f"{name}: {instance}.{lost[0]}, which is in use, would not be there; set sizes before"])
+            raise ModelError([f"{name}: {instance}.{lost[0]}, which is in use, would not exist; set the sizes first"])
 
     def connect(self, source: str, target: str, gain: float = 1.0, offset: float = 0.0) -> None:
         """Connect an output to an input, both as "instance.variable": input = gain * output + offset, in the output's unit.
@@ -184,13 +184,15 @@ class SystemStructure:
             raise ModelError([f"{'.'.join(source)} -> {'.'.join(target)}: only real inputs can be given a gain or an offset"])
 
     def _check_items(self, source: Port, target: Port, mapping: Mapping[int, int]) -> None:
-        """Raise ModelError if the source can have, or a mapping gives, a number that is no item of the target's enumeration."""
+        """Raise ModelError if the source can have, or a mapping gives, a number that is not an item of the target's enumeration."""
         one, other = (self.fmus[port[0]].variables[port[1]] for port in (source, target))
         values, items = possible_values(one), items_of(other)
         given = {*mapping.values(), *(mapping.get(value, value) for value in values)}
         wrong = sorted(given - set(items.values())) if items else []
         if wrong:
-            message = f"{'.'.join(source)} -> {'.'.join(target)}: {wrong[0]} is no item of the enumeration: {shown_items(items)}"
+            message = (
+                f"{'.'.join(source)} -> {'.'.join(target)}: {wrong[0]} is not an item of the enumeration: {shown_items(items)}"
+            )
             raise ModelError([f"{message}; a mapping of values is needed"])
 
     def drive(self, target: str, source: Any, interpolation: Interpolation = "hold") -> None:

@@ -56,7 +56,7 @@ def _extent(dimension: Dimension, sizes: Mapping[str, float | int | bool]) -> in
     name = str(dimension.variable.name)
     size = int(sizes[name]) if name in sizes else int(str(dimension.variable.start))
     if size < 0:
-        raise ModelError([f"{name} = {size} is no size of an array: it must not be negative"])
+        raise ModelError([f"{name} = {size} is not a size of an array: it must not be negative"])
     return size
 
 
@@ -93,7 +93,7 @@ def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int 
 def own_start(variable: ModelVariable, where: str) -> float | int | bool:
     """The FMU's start value, unchanged: it need not be an item of its enumeration. Raises ModelError."""
     if variable.start is None:
-        raise ModelError([f"{where}: {variable.name} has no start value of its own, so it must be given one"])
+        raise ModelError([f"{where}: {variable.name} has no start value, so give it one"])
     return _typed(variable, variable.start, where, {})
 
 
@@ -101,7 +101,7 @@ def _typed(variable: ModelVariable, value: Any, where: str, items: Mapping[str, 
     if items and isinstance(value, str) and value in items:
         return items[value]
     if items and isinstance(value, str) and not value.strip().lstrip("+-").isdigit():
-        raise ModelError([f"{where}: {value!r} is no {variable.name}.{nearest(value, items)}"])
+        raise ModelError([f"{where}: {value!r} is not a value of {variable.name}.{nearest(value, items)}"])
     kind = _TYPES.get(str(variable.type))
     if kind is None:
         raise ModelError([f"{where}: {variable.name} is of type {variable.type}, which cannot be set"])
@@ -110,7 +110,7 @@ def _typed(variable: ModelVariable, value: Any, where: str, items: Mapping[str, 
     except (ValueError, TypeError, KeyError, OverflowError):
         raise ModelError([f"{where}: {variable.name} = {value!r} is not of type {variable.type}"]) from None
     if items and typed not in items.values():
-        raise ModelError([f"{where}: {variable.name} = {value} is no item of the enumeration: {shown_items(items)}"])
+        raise ModelError([f"{where}: {variable.name} = {value} is not an item of the enumeration: {shown_items(items)}"])
     return typed
 
 

@@ -57,7 +57,8 @@ def _deviations(name: str, findings: Findings) -> list[str]:
     if not deviations:
         return []
     more = f"; and {len(deviations) - _SHOWN} more" if len(deviations) > _SHOWN else ""
-    return [f"{name} is not to the standard, but can be run ('shaper-fmu check' tells all): {'; '.join(deviations[:_SHOWN])}{more}"]
+    listed = "; ".join(deviations[:_SHOWN])
+    return [f"{name} deviates from the standard, but can be run ('shaper-fmu check' lists all): {listed}{more}"]
 
 
 def variants(files: Mapping[str, bytes]) -> list[str]:

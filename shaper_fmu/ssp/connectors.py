@@ -73,7 +73,7 @@ def _component_fmu(files: Files, scope: Scope, component: Component) -> Fmu | No
     if path is None:
         return None
     if component.implementation not in ("any", "CoSimulation"):
-        report(f" asks for {component.implementation}; FMUs are run by co-simulation alone")
+        report(f" asks for {component.implementation}; FMUs are run only by co-simulation")
     try:
         return fmu_from_bytes(PurePosixPath(path).name, files.content[path])
     except ShaperFmuError as error:
@@ -87,7 +87,7 @@ def _check_against_fmu(scope: Scope, name: str, connector: Connector, fmu: Fmu) 
     variable = fmu.variables.get(fmu.elements_of(connector.name)[0])
     if variable is None:
         known = [v.name for v in fmu.variables.values() if v.causality == connector.kind] or list(fmu.variables)
-        scope.report(connector.line, f"connector {name} is no variable of {fmu.name}.{nearest(connector.name, known)}")
+        scope.report(connector.line, f"connector {name} is not a variable of {fmu.name}.{nearest(connector.name, known)}")
         return
     if connector.kind not in (variable.causality, "unspecified"):
         weight = Weight.LOAD if connector.kind in _FIXED_KINDS else Weight.DEVIATION
@@ -123,7 +123,7 @@ def _check_dimensions(scope: Scope, name: str, connector: Connector, fmu: Fmu, f
         scope.report_deviation(connector.line, f"connector {name} has {shown} elements, but {elements} in {fmu.name}")
     elif not sizes and first != connector.name:
         scope.report_deviation(
-            connector.line, f"connector {name} is an array of {elements} elements in {fmu.name}; tell its dimensions"
+            connector.line, f"connector {name} is an array of {elements} elements in {fmu.name}; declare its dimensions"
         )
 
 
@@ -137,7 +137,7 @@ def _check_signals(structure: Structure, place: Place, reference: DictionaryRefe
         entry = next((entry for entry in dictionary.entries if entry.name == connector.name), None)
         if entry is None:
             known = nearest(connector.name, [entry.name for entry in dictionary.entries])
-            scope.report_deviation(connector.line, f"{what} is no signal of the dictionary {reference.dictionary!r}.{known}")
+            scope.report_deviation(connector.line, f"{what} is not a signal of the dictionary {reference.dictionary!r}.{known}")
         elif connector.type is not None:
             own = scope.meaning(connector.type, what, connector.line)
             signal = home.meaning(entry.type, f"signal {entry.name}", entry.line)

@@ -38,7 +38,7 @@ def applied(affine: Affine, value: Scalar) -> Scalar:
     if affine == IDENTITY:
         return value
     if isinstance(value, str | bool):
-        raise ModelError([f"{value!r} is no number, so it cannot be converted to another unit or transformed linearly"])
+        raise ModelError([f"{value!r} is not a number, so it cannot be converted to another unit or transformed linearly"])
     return affine[0] * value + affine[1]
 
 
@@ -105,7 +105,7 @@ def _name_of(value: Scalar, items: Mapping[str, int] | None) -> str:
 def _number_of(value: Scalar, items: Mapping[str, int] | None) -> int:
     if isinstance(value, str):
         if value not in (items or {}):
-            raise ModelError([f"{value!r} is no item whose number is known here, so it cannot be mapped by number"])
+            raise ModelError([f"{value!r} is not an item whose number is known here, so it cannot be mapped by number"])
         return (items or {})[value]
     return int(value)
 

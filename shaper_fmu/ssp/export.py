@@ -60,7 +60,7 @@ def write_system(
     mode. Raises ModelError, with every problem, for what it cannot hold: inputs that functions or tables drive, connections
     of clocks, and those of single elements of FMI 3.0 arrays.
     """
-    problems = [f"input {'.'.join(port)} is driven from outside; SSP holds start values alone" for port in system.signals]
+    problems = [f"input {'.'.join(port)} is driven from outside; SSP holds only start values" for port in system.signals]
     problems += [
         f"{'.'.join(source)} -> {'.'.join(target)} connects clocks, which SSP 1.0 does not know"
         for target, source in system.clock_connections.items()
@@ -115,7 +115,7 @@ def _own_sets(system: System) -> dict[str, str]:
 def _array_problems(system: System) -> list[str]:
     """Problems of connected elements of FMI 3.0 arrays: version 1.0 of the standard connects only variables."""
     return [
-        f"{'.'.join(port)} is an element of an array; SSP 1.0 connects variables alone"
+        f"{'.'.join(port)} is an element of an array; SSP 1.0 connects only variables"
         for ends in system.connections.items()
         for port in ends
         if system.fmus[port[0]].version == 3 and system.fmus[port[0]].elements_with(port[1]) != [port[1]]

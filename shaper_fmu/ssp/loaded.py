@@ -32,7 +32,7 @@ class SspSystem:
         notes: what the standard lets pass, but people should know: values that are ignored, inputs that nothing feeds.
         findings: all that is not as it should be, but did not stop the archive from being read; more of it than in the notes.
         network: the connectors of all levels, and what leads where.
-        instances: the instances' names by the components' paths (they differ where a path is no name for an instance).
+        instances: the instances' names by the components' paths (they differ where a path is not a name for an instance).
     """
 
     system: System

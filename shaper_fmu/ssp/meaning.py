@@ -187,7 +187,7 @@ def _table_misfits(what: str, table: MappingTransformation, source: Meaning, tar
             yield f"{what}: {_a(table.kind)}MappingTransformation, but the {side} is {_a(meaning.kind)}"
         elif meaning.items is not None:
             for item in dict.fromkeys(item for item in items if item not in meaning.items):
-                yield f"{what}: {item!r} is no item of the {side}'s enumeration.{nearest(item, meaning.items)}"
+                yield f"{what}: {item!r} is not an item of the {side}'s enumeration.{nearest(item, meaning.items)}"
 
 
 def repeated(names: Iterable[str]) -> set[str]:

@@ -182,7 +182,7 @@ class Network:
         return total
 
     def conversion(self, wire: Wire, unit: Unit | None) -> tuple[Affine, Unit | None]:
-        """The conversion from a value's unit to that of a wire's end; and that unit, or the old one without it. Raises WireError."""
+        """The conversion from a value's unit to that of a wire's end, and that unit (or the old one). Raises WireError."""
         target = self.unit(wire.target)
         if wire.suppress:
             return IDENTITY, target or unit
@@ -206,7 +206,7 @@ class Network:
         return {value: target for value, target in zip(values, targets, strict=True) if value != target}
 
     def _is_mapped(self, wires: list[Wire]) -> bool:
-        """Whether transformations change a value that is no real number."""
+        """Whether transformations change a value that is not a real number."""
         ends = [node for node in (wires[0].source, wires[-1].target) if self.is_variable(node)] if wires else []
         kinds = [kind_of(self.variable(node)) for node in ends]
         return bool(kinds) and "real" not in kinds and any(wire.transformation is not None for wire in wires)

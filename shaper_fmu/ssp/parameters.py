@@ -156,7 +156,7 @@ def _document(
     if source is None or reference.source_base == "SSD":
         return files.document(scope, line, what, source, inline, inside, read, Weight.LOAD)
     if not isinstance(place.element, Component) or place.element.source is None:
-        scope.report(line, f"{what}: sourceBase is 'component', but {scope.label(place.path)} is no component with a source")
+        scope.report(line, f"{what}: sourceBase is 'component', but {scope.label(place.path)} is not a component with a source")
         return None
     fmu = network.fmus.get(place.path)
     if fmu is None:
@@ -224,7 +224,7 @@ class _Set:
         """Why the value does not fit the node."""
         kind, scope = _kind(self.network, node), given.scope
         if kind not in SETTABLE:
-            return (scope.report_deviation(given.line, f"{given.what}: {label} is no parameter but of kind {kind}"),)
+            return (scope.report_deviation(given.line, f"{given.what}: {label} is not a parameter; its kind is {kind}"),)
         target = self.network.taken(node)
         if target is None:
             return ()
@@ -268,7 +268,7 @@ class _Set:
                 return
             message = None
             if not math.isfinite(number):
-                message = f"{number} is no finite number"
+                message = f"{number} is not a finite number"
             elif variable.min is not None and number < float(str(variable.min)):
                 message = f"{number:g}{unit} is less than the FMU's minimum {variable.min}{unit}"
             elif variable.max is not None and number > float(str(variable.max)):
@@ -310,7 +310,7 @@ def _scalar(kind: str, text: str) -> Scalar:
             return float(text) if kind in REAL_TYPES else int(text)
         return _FLAGS[text.strip()] if kind == "Boolean" else text
     except (ValueError, KeyError):
-        raise ModelError([f"{text!r} is no value of kind {kind_of_type(kind)}"]) from None
+        raise ModelError([f"{text!r} is not a value of kind {kind_of_type(kind)}"]) from None
 
 
 def _passed(network: Network, value: Scalar, unit: Unit | None, path: tuple[Wire, ...]) -> Scalar:

@@ -74,14 +74,14 @@ EFFECTS: dict[str, dict[str, str]] = {
     },
     "an input that nothing feeds": {FMPY: "may feed it the value of another input"},
     "an FMU of FMI 3.0": {LIBCOSIM: REFUSE},
-    "an FMU of FMI 3.0 with arrays": {ECOS: "reads the first elements only, and none of what is read with them"},
+    "an FMU of FMI 3.0 with arrays": {ECOS: "reads only the first elements, and none of the variables read with them"},
     "an OSP annotation without its namespace on the root element": {LIBCOSIM: REFUSE},
     "no FixedStepMaster annotation": {OMSIMULATOR: "refuses the archive before version 3.0 (its issues 1094, 1318)"},
-    "a name that is no identifier": {OMSIMULATOR: "refuses the archive before version 3.0 (its issue 1094)"},
+    "a name that is not an identifier": {OMSIMULATOR: "refuses the archive before version 3.0 (its issue 1094)"},
     "further variants": {
-        LIBCOSIM: "runs SystemStructure.ssd alone",
-        ECOS: "runs SystemStructure.ssd alone",
-        FMPY: "runs SystemStructure.ssd alone",
+        LIBCOSIM: "runs only SystemStructure.ssd",
+        ECOS: "runs only SystemStructure.ssd",
+        FMPY: "runs only SystemStructure.ssd",
     },
 }
 """Feature -> tool -> what it does. A tool that is not named runs the feature."""
@@ -155,7 +155,7 @@ def _of_structure(network: Network) -> Iterator[Use]:
         if scope.root:
             continue  # it is in another file
         if path and not re.fullmatch(r"[A-Za-z_]\w*", element.name, re.ASCII):
-            yield Use(DESCRIPTION, element.line, "a name that is no identifier", repr(element.name))
+            yield Use(DESCRIPTION, element.line, "a name that is not an identifier", repr(element.name))
         if isinstance(element, SystemElement) and path:
             yield Use(DESCRIPTION, element.line, "a nested system", path)
         if isinstance(element, DictionaryReference):

@@ -108,7 +108,7 @@ def _system(reader: Reader, node: etree._Element) -> SystemElement:
         if child.tag in readers:
             inner.append(readers[str(child.tag)](reader, child))
         else:
-            reader.problem(child, f"{local(child)} is no kind of element; a system has components, systems and dictionaries")
+            reader.problem(child, f"{local(child)} is not a kind of element; a system has components, systems and dictionaries")
     return SystemElement(
         reader.text(node, "name"),
         *_interface(reader, node),
@@ -206,7 +206,7 @@ def _connection(reader: Reader, node: etree._Element) -> Connection:
 def _indices(reader: Reader, node: etree._Element, key: str) -> list[int]:
     texts = node.get(key, "").split()
     if not all(text.isdecimal() for text in texts):
-        reader.problem(node, f"{key} = {node.get(key)!r} is no list of indices")
+        reader.problem(node, f"{key} = {node.get(key)!r} is not a list of indices")
         return []
     return [int(text) for text in texts]
 

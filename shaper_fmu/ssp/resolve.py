@@ -112,7 +112,7 @@ def _connect(found: Resolved) -> None:
                 continue  # a connector that nothing feeds; its value, if it has one, is among the settings
             start, end = (f"{found.instances[node.path]}.{node.name}" for node in (source, target))
             if network.variable(target).causality != "input":
-                raise WireError(last, [f"{start} feeds the parameter {end}; this master feeds inputs alone"])
+                raise WireError(last, [f"{start} feeds the parameter {end}; this master connects only inputs"])
             found.system.connect_raw(start, end, *affine, mapping=mapping)
         except WireError as error:
             error.report(found.findings)

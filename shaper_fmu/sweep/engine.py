@@ -72,7 +72,7 @@ def _within_limit(points: list[Point], opened: Store) -> list[Point]:
     left = most - opened.added()
     if len(points) > left:
         message = (
-            f"the refinement was ended after {most} added runs, more than which none may add: some intervals in which the metric "
+            f"the refinement ended after {most} added runs, the largest number allowed: some intervals in which the metric "
             "crosses the level are longer than refine.width. A metric that crosses it in many places needs a finer grid instead"
         )
         opened.note("refine", message)

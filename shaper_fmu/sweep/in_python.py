@@ -66,7 +66,7 @@ def _check_untold(system: System, written: Structure) -> None:
     ):
         current, kept = getattr(system, name), getattr(written, name)
         if current != kept:
-            raise StudyError(f"{system.name}: an archive does not hold {what}: {current}, not {kept}; leave it as FMUs tell it")
+            raise StudyError(f"{system.name}: an archive does not hold {what}: {current}, not {kept}; leave it as declared")
 
 
 def _write_beside(store: Path, archive: Path, system: System) -> None:

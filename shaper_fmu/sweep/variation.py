@@ -70,7 +70,7 @@ class Vary(msgspec.Struct, forbid_unknown_fields=True):
             raise StudyError(f"{'values' if self.values is not None else 'factors'} = [] must have at least one entry")
         wrong = next((value for value in chosen if not isinstance(value, str) and not math.isfinite(value)), None)
         if wrong is not None:
-            raise StudyError(f"a value of {wrong} is no finite number; low, high, factors and nominal are too large together")
+            raise StudyError(f"a value of {wrong} is not a finite number; low, high, factors and nominal are too large together")
         return chosen
 
     def quantiles(self, shares: np.ndarray) -> np.ndarray:

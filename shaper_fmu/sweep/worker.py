@@ -137,7 +137,7 @@ def _do(runner: Runner, tasks: list[Task], now: np.ndarray, channel: _Channel) -
 
 
 def _rest(now: np.ndarray, channel: _Channel, done: list[Outcome], runner: Runner) -> None:
-    """Mark that no run is active: an end of the process from here on is attributed to the last run."""
+    """Send the last outcomes, then mark that no run is active: an earlier end of the process counts for the last run."""
     _send(channel, done, runner)
     now[0] = -1
 

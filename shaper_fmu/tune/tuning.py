@@ -28,7 +28,7 @@ GOOD: tuple[Verdict, ...] = ("tuned", "proven", "no_vibration")
 """Verdicts after which nothing more is to be done."""
 
 CAVEATS: Mapping[Verdict, str] = {
-    "not_proven": "NOT PROVEN: findings speak against the modes that this shaper is for",
+    "not_proven": "NOT PROVEN: findings contradict the modes that this shaper is for",
     "not_held": "NOT HELD: on the plant this shaper leaves more than was asked for, or could not be shown to keep it everywhere",
     "not_verified": "NOT VERIFIED: this shaper could not be tried on the plant",
 }

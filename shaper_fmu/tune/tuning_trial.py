@@ -36,7 +36,7 @@ def tried(found: Tuning, asked: Requirements, source: Any, shaped: ShapedPlant, 
     if not settling:
         return _untried(
             found,
-            f"{' and '.join(found.outputs)} move on for ever, whatever is done to {found.input} (a rigid body), so that there is "
+            f"{' and '.join(found.outputs)} move on for ever, whatever the command to {found.input} (a rigid body), so there is "
             "no rest to compare with; name an output that comes to rest, such as a deflection",
         )
     given, most = found.command, max(depths[name] for name in settling)
@@ -54,7 +54,7 @@ def tried(found: Tuning, asked: Requirements, source: Any, shaped: ShapedPlant, 
         unit = f" {found.input_unit}" if found.input_unit else ""
         return _untried(
             found,
-            f"a {command.name} of {command.amplitude:.5g}{unit} fails: {error}. Tell how large the commands are (amplitude); in "
+            f"a {command.name} of {command.amplitude:.5g}{unit} fails: {error}. Give the size of the commands (amplitude); in "
             f"the experiments it was {found.plant.nominal.excitation.amplitude:.3g}{unit}",
         )
     nominally = seen.nominal.share + seen.uncertainty <= asked.nominal_tolerance
@@ -64,7 +64,7 @@ def tried(found: Tuning, asked: Requirements, source: Any, shaped: ShapedPlant, 
         for case, one in cases.items()
     )
     designed = f"{percent(choice.requirements.tolerance)} and nominally {percent(choice.requirements.nominal_tolerance)}"
-    closer = f". It is designed for {designed}, so that the plant keeps what is asked for" if choice.requirements != asked else ""
+    closer = f". It is designed for {designed}, so that the plant meets the requirements" if choice.requirements != asked else ""
     verdict: Verdict = "tuned" if seen.holds and nominally else "not_held"
     summary = f"{_for_modes(verdict)}{choice.reason}{closer}. On the plant: {seen.reason}"
     if not nominally:

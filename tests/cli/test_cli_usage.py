@@ -127,14 +127,14 @@ def test_files_that_cannot_be_read(workshop, command):
     if command not in ("build", "report", "export"):
         refused(workshop, filled(arguments, f"a{ending}"), f"a{ending}: not a file but a folder")
     if command not in ("check", "check second", "report", "export", "build"):
-        refused(workshop, filled(arguments, "text"), "'text' must end with", "a file is what its ending says")
+        refused(workshop, filled(arguments, "text"), "'text' must end with", "the ending decides the format")
 
 
 @pytest.mark.parametrize("command", WRITTEN)
 def test_files_that_cannot_be_written(workshop, command):
     arguments, ending = WRITTEN[command]
-    refused(workshop, filled(arguments, f"text/x{ending}"), f"text/x{ending}: text is no folder")
-    refused(workshop, filled(arguments, f"text/deep/x{ending}"), "text is no folder")
+    refused(workshop, filled(arguments, f"text/x{ending}"), f"text/x{ending}: text is not a folder")
+    refused(workshop, filled(arguments, f"text/deep/x{ending}"), "text is not a folder")
     refused(workshop, filled(arguments, f"a{ending}"), f"a{ending}: a folder, where a file shall be written")
     refused(workshop, filled(arguments, "folder"), "folder: a folder, where a file shall be written")
     refused(workshop, filled(arguments, ""), "a folder, where a file shall be written")
@@ -146,8 +146,8 @@ def test_files_that_cannot_be_written(workshop, command):
 
 @pytest.mark.parametrize("command", FOLDERS)
 def test_folders_that_cannot_be_written_to(workshop, command):
-    refused(workshop, filled(FOLDERS[command], "text"), "text: text is no folder")
-    refused(workshop, filled(FOLDERS[command], "text/deep"), "text is no folder")
+    refused(workshop, filled(FOLDERS[command], "text"), "text: text is not a folder")
+    refused(workshop, filled(FOLDERS[command], "text/deep"), "text is not a folder")
     refused(workshop, filled(FOLDERS[command], "x" * 300), "File name too long")
 
 
@@ -170,13 +170,13 @@ VALUES = [  # the arguments, and words of the refusal
     (["build", "InputShaper", "--start", "shapr=zv"], "Did you mean 'shaper'?"),
     (["build", "InputShaper", "--start", "damping_ratio[1]=-1"], "damping_ratio"),
     (["build", "InputShaper", "--start", "damping_ratio[1]=high"], "'high' is not of type float"),
-    (["build", "InputShaper", "--start", "shaper=zv", "--name", "a b"], "'a b' is no name"),
+    (["build", "InputShaper", "--start", "shaper=zv", "--name", "a b"], "'a b' is not a name"),
     (["build", "--start", "shaper=zv"], "are for one component that is named"),
     (["check"], "Missing argument"),
     (["check", "plant.fmu", "--nosuch"], "No such option"),
     (["run"], "Missing argument"),
     ([*RUN, "--step"], "requires an argument"),
-    ([*RUN, "--step", "much"], "'much' is no number"),
+    ([*RUN, "--step", "much"], "'much' is not a number"),
     ([*RUN, "--step", "0"], "0 is outside its domain: a finite number above 0"),
     ([*RUN, "--step=-0.1"], "-0.1 is outside its domain"),
     ([*RUN, "--step", "nan"], "nan is outside its domain"),
@@ -207,7 +207,7 @@ VALUES = [  # the arguments, and words of the refusal
     (["design", "zv", "-w", "0"], "0 is outside its domain"),
     (["design", "zv", "-w", "nan"], "nan is outside its domain"),
     (["design", "zv", "-w", "inf"], "inf is outside its domain"),
-    (["design", "zv", "-w", "5", "-w", "fast"], "'fast' is no number"),
+    (["design", "zv", "-w", "5", "-w", "fast"], "'fast' is not a number"),
     ([*DESIGN, "-z", "1"], "1 is outside its domain: 0 <= zeta < 1"),
     ([*DESIGN, "-z", "-0.1"], "-0.1 is outside its domain"),
     ([*DESIGN, "-z", "0.1", "-z", "0.2"], "2 damping ratios for 1 natural frequencies"),
@@ -236,14 +236,14 @@ VALUES = [  # the arguments, and words of the refusal
     ([*DESIGN, "--modes", "modes.toml"], "it takes the place of"),
     (["design", "zvx", "--modes", "modes.toml"], "there is no shaper 'zvx'"),
     (["design", "zv", "--or", "zvx", "--modes", "modes.toml"], "there is no shaper 'zvx'"),
-    (["design", "none", "--modes", "modes.toml"], "'none' is no kind of shaper"),
+    (["design", "none", "--modes", "modes.toml"], "'none' is not a kind of shaper"),
     (["tune", "plant.fmu", "--output", "position"], "name the input"),
     (["tune", "plant.fmu", "--input", "forse"], "Did you mean 'force'?"),
     (["tune", "plant.fmu", "--input", "position"], "position"),
     (["tune", "plant.fmu", "--input", "force", "--output", "positon"], "Did you mean 'position'?"),
     ([*TUNE, "--tolerance", "200%"], "outside its domain 0 < tolerance < 1"),
-    ([*TUNE, "--tolerance", "much"], "'much' is no share"),
-    ([*TUNE, "--tolerance", "nan"], "'nan' is no share"),
+    ([*TUNE, "--tolerance", "much"], "'much' is not a share"),
+    ([*TUNE, "--tolerance", "nan"], "'nan' is not a share"),
     ([*TUNE, "--nominal", "-1%"], "nominal_tolerance"),
     ([*TUNE, "--margin", "200%"], "margin"),
     ([*TUNE, "--margin", "-1%"], "margin"),
@@ -253,7 +253,7 @@ VALUES = [  # the arguments, and words of the refusal
     ([*TUNE, "--vary", "mass"], "'mass' is not of the form mass=10%"),
     ([*TUNE, "--vary", "mas=10%"], "Did you mean 'mass'?"),
     ([*TUNE, "--vary", "mass=-10%"], "cannot vary by"),
-    ([*TUNE, "--vary", "mass=heavy"], "'heavy' is no share"),
+    ([*TUNE, "--vary", "mass=heavy"], "'heavy' is not a share"),
     ([*TUNE, "--vary", "position=10%"], "position"),
     ([*TUNE, "--set", "mass"], "'mass' is not of the form mass=2"),
     ([*TUNE, "--set", "mas=2"], "Did you mean 'mass'?"),
@@ -281,7 +281,7 @@ VALUES = [  # the arguments, and words of the refusal
     ([*NEW, "--damping-ratio", "nan"], "nan is outside its domain"),
     (["sweep"], "Missing argument"),
     (["sweep", "study.toml", "--workers", "-1"], "--workers"),
-    (["sweep", "study.toml", "--workers", "some"], "'some' is no whole number"),
+    (["sweep", "study.toml", "--workers", "some"], "'some' is not a whole number"),
     (["sweep", "study.toml", "--workers", "2", "--dask", "tcp://host:8786"], "a cluster has its own workers"),
     (["report"], "Missing argument"),
     (["export", "s.sqlite"], "Missing option"),

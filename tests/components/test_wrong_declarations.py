@@ -60,7 +60,7 @@ INSIDE = {
     "p = State(size=10**12)": "size = 1000000000000 must be",
     "p = State(size=2.0)": "size = 2.0 must be",
     "p = q = State()": "p and q are one variable; declare each by itself",
-    "messages = {1: 'no {nosuch}'}": "the message of status 1 names {nosuch}, which is no variable",
+    "messages = {1: 'no {nosuch}'}": "the message of status 1 names {nosuch}, which is not a variable",
     "messages = {0: 'fine'}": "the message of status 0 cannot be returned",
     "default_step_size = 0.0": "default_step_size is 0.0; it must be a positive, finite number",
     "größe = State()": "the name has letters that are not ASCII",
@@ -108,7 +108,7 @@ def test_items_beyond_an_integer_are_told(tmp_path):
 
 
 def test_files_beside_a_component_and_what_it_prints_do_not_disturb_its_build(tmp_path, monkeypatch):
-    """In the folder that is looked into first, with a name that is no module's, from a file with a byte order mark."""
+    """In the folder that is looked into first, with a name that is not a module's, from a file with a byte order mark."""
     (tmp_path / "random.py").write_text("raise SystemExit(7)\n")
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()

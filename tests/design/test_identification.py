@@ -202,7 +202,7 @@ def test_data_without_an_answer_are_refused():
     clipped = np.clip(response(TWO, [[1.0, 0.2]]), -0.4, 0.4)
     refused("x1 is clipped: it stays at 0.4", clipped)
     refused("20 samples are too few", np.zeros(20))
-    refused("x2 is no finite number at sample 3", np.where(np.arange(50)[:, None] == [9, 3], np.nan, 1.0))
+    refused("x2 is not a finite number at sample 3", np.where(np.arange(50)[:, None] == [9, 3], np.nan, 1.0))
     refused("step = -1 s must be a positive number", np.zeros(50), -1.0)
     with pytest.raises(IdentificationError, match="3 names for 1 outputs"):
         free_response(np.zeros(50), STEP, ["a", "b", "c"])

@@ -296,7 +296,7 @@ def test_a_state_space_system_with_real_poles_and_a_hidden_mode():
     [
         (lambda: select_modes(response(), "zvd", 0.0), "tolerance = 0.0 is outside its domain"),
         (lambda: select_modes(response(), "zvx"), "there is no shaper 'zvx'. Did you mean 'zv'"),
-        (lambda: select_modes(response(), "none"), "'none' is no kind of shaper to choose from"),
+        (lambda: select_modes(response(), "none"), "'none' is not a kind of shaper to choose from"),
         (lambda: select_modes(response(), []), "at least one kind"),
         (lambda: select_modes(response(), objective="time"), "no objective 'time'"),  # type: ignore[arg-type]
         (lambda: response().settling_time(UNIT, 0.0), "band = 0.0"),

@@ -44,12 +44,12 @@ def test_a_parameter_outside_its_domain_stops_the_initialization(python_fmus, st
 
 
 def test_a_number_that_is_no_item_is_refused_by_the_master(python_fmus):
-    with pytest.raises(ModelError, match=r"shaper = 99 is no item of the enumeration: none \(1\), zv \(2\)"):
+    with pytest.raises(ModelError, match=r"shaper = 99 is not an item of the enumeration: none \(1\), zv \(2\)"):
         shaper_system(python_fmus, {"shaper": 99})
 
 
 def test_an_unknown_shaper_name_suggests_the_nearest(python_fmus):
-    with pytest.raises(ModelError, match=r"'zvdx' is no shaper. Did you mean 'zvd"):
+    with pytest.raises(ModelError, match=r"'zvdx' is not a value of shaper. Did you mean 'zvd"):
         shaper_system(python_fmus, {"shaper": "zvdx"})
 
 

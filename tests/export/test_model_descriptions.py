@@ -257,7 +257,7 @@ def of_states(*states: str, **variables: Variable) -> type[Component]:
 @pytest.mark.parametrize(
     ("component", "words"),
     [
-        (lambda: of_states("force"), "continuous_states names 'force', which is no output or local"),
+        (lambda: of_states("force"), "continuous_states names 'force', which is not an output or local"),
         (lambda: of_states("x", x=Output("m", "x")), "the continuous state 'x' needs a derivative"),
         (
             lambda: of_states("x", x=Output("m", "x", derivative="w"), v=Output("m/s", "v")),
@@ -278,7 +278,7 @@ def of_states(*states: str, **variables: Variable) -> type[Component]:
             lambda: of_states(x=Output("m", "x", derivative="y"), y=Output("m", "y", derivative="x")),
             "the derivatives x -> y -> x go round in a circle",
         ),
-        (lambda: of_states(x=Output("m", "x", depends=("farce",))), "depends of 'x' names 'farce', which is no input.*'force'"),
+        (lambda: of_states(x=Output("m", "x", depends=("farce",))), "depends of 'x' names 'farce', which is not an input.*'force'"),
     ],
 )
 @both_versions

@@ -63,12 +63,12 @@ def test_a_users_component_can_be_changed_too(tmp_path):
     ("values", "name", "words"),
     [
         ({"profil": "step"}, "", "MotionProfile has no input or parameter 'profil'. Did you mean 'profile'"),
-        ({"profile": "scurve"}, "", "'scurve' is no profile. Did you mean 's_curve'"),
+        ({"profile": "scurve"}, "", "'scurve' is not a value of profile. Did you mean 's_curve'"),
         ({"duration": "soon"}, "", "duration = 'soon' is not of type float"),
         ({"duration": -1.0}, "", "parameter duration = -1 s must be greater than 0 s"),
         ({"position": 1.0}, "", "MotionProfile has no input or parameter 'position'"),
-        ({"duration": 2.0}, "2 s", "'2 s' is no name for MotionProfile with other start values"),
-        ({"duration": 2.0}, "MotionProfile", "'MotionProfile' is no name for MotionProfile with other start values"),
+        ({"duration": 2.0}, "2 s", "'2 s' is not a name for MotionProfile with other start values"),
+        ({"duration": 2.0}, "MotionProfile", "'MotionProfile' is not a name for MotionProfile with other start values"),
     ],
 )
 def test_wrong_values_are_told(values, name, words):
@@ -81,7 +81,7 @@ def test_wrong_values_are_told(values, name, words):
     [
         ("[A]\ncomponent = 5\nstart = {}", "Expected `str`, got `int`"),
         ('[A]\ncomponent = "MotionProfil"\nstart = {}', "there is no component 'MotionProfil'. Did you mean 'MotionProfile'"),
-        ('[A]\ncomponent = "MotionProfile"\nstart = {profile = "scurve"}', "'scurve' is no profile"),
+        ('[A]\ncomponent = "MotionProfile"\nstart = {profile = "scurve"}', "'scurve' is not a value of profile"),
         ('[A]\ncomponent = "MotionProfile"\nstarts = {}', "unknown field `starts`|missing required field `start`"),
         ("[A", "Expected"),
     ],

@@ -93,7 +93,7 @@ def test_the_size_can_be_set_later_as_long_as_nothing_is_lost(sized):
     system.set("x.factor", [4.0, 5.0])
     system.drive("x.input[2]", 1.0)
     assert last(system) == {"product[1]": 0.0, "product[2]": 5.0, "total": 5.0, "mode_out": 2.0}
-    with pytest.raises(ModelError, match=r"x\.size: x\.input\[2\], which is in use, would not be there"):
+    with pytest.raises(ModelError, match=r"x\.size: x\.input\[2\], which is in use, would not exist"):
         system.set("x.size", 1)
     assert last(system)["total"] == 5.0
 
@@ -119,7 +119,7 @@ def test_what_cannot_be_done_with_sizes_is_told(sized):
         system.set("x.factor[3]", 1.0)
     system = System()
     system.add("x", sized, {"size": 4, "factor[1]": 1.0})  # the told start values are those of another size
-    with pytest.raises(ModelError, match=r"factor\[2\] has no start value of its own, so it must be given one"):
+    with pytest.raises(ModelError, match=r"factor\[2\] has no start value, so give it one"):
         system.simulate(0.2, 0.1)
 
 
@@ -142,7 +142,7 @@ def test_an_element_alone_of_which_the_others_are_not_known_is_told(tmp_path):
     path = packed(tmp_path / "few.fmu", DESCRIPTION.replace('"10 11 7"', '"10 11"'))
     system = System()
     system.add("x", path, {"factor[1]": 1.0})
-    with pytest.raises(ModelError, match=r"factor\[3\] has no start value of its own, so it must be given one"):
+    with pytest.raises(ModelError, match=r"factor\[3\] has no start value, so give it one"):
         system.simulate(0.2, 0.1)
 
 
@@ -168,7 +168,7 @@ def test_sizes_go_into_archives_and_out_of_them(sized, tmp_path):
 
 # Enumerations
 
-WRONG = r"mode = .*3.* is no item of the enumeration: slow \(1\), fast \(2\), park \(7\)"
+WRONG = r"mode = .*3.* is not an item of the enumeration: slow \(1\), fast \(2\), park \(7\)"
 
 
 @pytest.mark.parametrize("value", [3, 3.0, "3", 0, -1])
@@ -196,12 +196,12 @@ def test_connections_of_enumerations_bring_items_alone(sized, tmp_path):
     system = System()
     system.add("x", sized)
     system.add("y", other, mode="park")
-    words = r"y\.mode_out -> x\.mode: 3 is no item of the enumeration: slow \(1\), fast \(2\), park \(7\); a mapping of values is needed"
+    words = r"y\.mode_out -> x\.mode: 3 is not an item of the enumeration: slow \(1\), fast \(2\), park \(7\); a mapping of values is needed"
     with pytest.raises(ModelError, match=words):
         system.connect("y.mode_out", "x.mode")
     with pytest.raises(ModelError, match=words):
         system.connect_raw("y.mode_out", "x.mode")
-    with pytest.raises(ModelError, match=r"x\.mode: 5 is no item"):
+    with pytest.raises(ModelError, match=r"x\.mode: 5 is not an item"):
         system.connect_raw("y.mode_out", "x.mode", mapping={3: 5})
     system.connect_raw("y.mode_out", "x.mode", mapping={3: 7})
     assert last(system)["mode_out"] == 7.0
@@ -212,14 +212,12 @@ def test_a_start_value_of_the_fmu_that_is_no_item_is_its_own_affair(tmp_path):
     system = System()
     system.add("x", path)
     assert last(system)["mode_out"] == 2.0
-    assert fmu_problems(path) == ["the start value 0 of 'mode' (line 9) is no item of its enumeration"]
+    assert fmu_problems(path) == ["the start value 0 of 'mode' (line 9) is not an item of its enumeration"]
 
 
 MODES = DESCRIPTION[DESCRIPTION.index("<Enumeration name") : DESCRIPTION.index('<Float64 name="time"')]
 INTEGERS = MODES.replace("Enumeration", "Int64").replace('declaredType="Mode" ', "")
-NO_ITEM = (
-    r": the value for input mode is {}, from y\.mode_out, which is no item of the enumeration: slow \(1\), fast \(2\), park \(7\)"
-)
+NO_ITEM = r": the value for input mode is {}, from y\.mode_out, which is not an item of the enumeration: slow \(1\), fast \(2\), park \(7\)"
 
 
 def fed_by_an_integer(path: Path, sized: Path, bounds: str = "", mapping: dict[int, int] | None = None) -> System:
@@ -236,7 +234,7 @@ def test_an_integer_that_feeds_an_enumeration_is_known_by_its_bounds(sized, tmp_
         system = fed_by_an_integer(tmp_path / f"{len(bounds)}.fmu", sized, bounds)
         assert [note for note in system.simulate(0.2, 0.1).notes if "enumeration" in note] == []
         assert last(system)["mode_out"] == 2.0
-    with pytest.raises(ModelError, match=r"y\.mode_out -> x\.mode: 3 is no item of the enumeration"):
+    with pytest.raises(ModelError, match=r"y\.mode_out -> x\.mode: 3 is not an item of the enumeration"):
         fed_by_an_integer(tmp_path / "y.fmu", sized, ' min="1" max="3"')
 
 
@@ -266,7 +264,7 @@ def test_a_number_that_is_no_item_at_initialization_ends_the_run_of_a_batch_too(
 
 
 def test_an_enumeration_that_breaks_its_own_items_ends_the_run(sized):
-    """y's own start value is no item either: what it is told is not what it does."""
+    """y's own start value is not an item either: what it is told is not what it does."""
     system = System()
     for name in ("x", "y"):
         system.add(name, sized)

@@ -38,7 +38,7 @@ def outputs(path: Path) -> tuple[dict[str, list[float]], list[str]]:
     system = System()
     system.add("x", path, input=3.0)
     found = system.simulate(0.5, 0.1, record=["x.output", "x.count_out"])
-    notes = [note for note in found.notes if "not to the standard" in note]
+    notes = [note for note in found.notes if "deviates from the standard" in note]
     return {name: values.tolist() for name, values in found.values.items()}, notes
 
 
@@ -63,7 +63,7 @@ def test_a_fault_that_does_no_harm_is_told_and_borne(version, name, tmp_path, ri
     found, notes = outputs(path)
     assert found == right[version]
     assert len(notes) == 1
-    assert notes[0].startswith("other.fmu is not to the standard, but can be run ('shaper-fmu check' tells all): ")
+    assert notes[0].startswith("other.fmu deviates from the standard, but can be run ('shaper-fmu check' lists all findings): ")
     problems = fmu_problems(path)
     assert any(re.search(words, problem) for problem in problems), problems
     assert not any("\n" in problem for problem in problems)
@@ -77,7 +77,7 @@ def test_bytes_that_are_no_utf8_are_read_as_windows_1252(version, tmp_path, righ
         archive.writestr("modelDescription.xml", text.encode("cp1252"))
         archive.write(library(f"faulty{version}"), library_path(version))
     assert outputs(path)[0] == right[version]
-    assert fmu_problems(path) == ["it is not in the encoding that it tells; read as cp1252"]
+    assert fmu_problems(path) == ["it is not in its declared encoding; read as cp1252"]
     assert load_fmu(path).description.modelName == "Prüfstand"
 
 

@@ -286,8 +286,8 @@ def test_what_cannot_be_run_is_refused_by_name():
     system.add("b", clocked_fmu(constant(0.1), trig=True), u=0.0, w=0.0)
     system.use_event_mode("b", False)
     problems = "\n".join(system.check())
-    assert "a: clocks c, out tick in event mode alone, but co-simulation has none (hasEventMode is not true)" in problems
-    assert "b: clocks c, trig, out tick in event mode alone: leave out use_event_mode('b', False)" in problems
+    assert "a: clocks c, out tick only in event mode, but co-simulation has none (hasEventMode is not true)" in problems
+    assert "b: clocks c, trig, out tick only in event mode: leave out use_event_mode('b', False)" in problems
     assert "clock b.trig ticks when another clock does, but nothing is connected to it: connect an output clock" in problems
     with pytest.raises(ModelError, match=r"b\.trig"):
         system.simulate(1.0, 0.05)
@@ -298,7 +298,7 @@ def test_wrong_connections_of_clocks():
     system.add("c", clocked_fmu())
     for source, target, words in (
         ("a.out", "b.trig", "is already driven by a.out"),
-        ("a.out", "a.c", "ticks at times of its own"),
+        ("a.out", "a.c", "ticks at its own times"),
         ("a.out", "c.w", "cannot be connected"),
         ("a.y", "c.trig", "cannot be connected"),
         ("b.trig", "c.trig", "no output"),
@@ -311,9 +311,9 @@ BROKEN = {
     'intervalVariability="constant"': "clock c: it is constant, but neither intervalDecimal nor",
     'intervalVariability="constant" intervalDecimal="0"': "clock c: its interval 0 must be above 0",
     'intervalVariability="constant" intervalDecimal="-0.1"': "clock c: its interval -0.1 must be above 0",
-    'intervalVariability="constant" intervalDecimal="fast"': "clock c: intervalDecimal = 'fast' is no number",
+    'intervalVariability="constant" intervalDecimal="fast"': "clock c: intervalDecimal = 'fast' is not a number",
     'intervalVariability="constant" intervalDecimal="1" shiftDecimal="-1"': "clock c: its shift -1 must not be below 0",
-    'intervalVariability="constant" intervalCounter="1.5" resolution="10"': "intervalCounter = '1.5' is no whole number",
+    'intervalVariability="constant" intervalCounter="1.5" resolution="10"': "intervalCounter = '1.5' is not a whole number",
     'intervalVariability="constant" intervalCounter="1" resolution="0"': "clock c: its resolution 0 must be above 0",
     'intervalVariability="sometimes"': "clock c: intervalVariability = 'sometimes' is none of constant, fixed",
     "": None,
@@ -332,8 +332,8 @@ def test_check_tells_what_cannot_be_run():
     """An FMU whose clocks have no event mode, and one for Scheduled Execution alone; nothing of one that can be run."""
     assert fmu_problems(clocked_fmu(constant(0.1))) == []
     (problem,) = fmu_problems(clocked_fmu(constant(0.1), event_mode=False))
-    assert "clocks c, out tick in event mode alone" in problem
+    assert "clocks c, out tick only in event mode" in problem
     scheduled = clocked_fmu(constant(0.1), interface='<ScheduledExecution modelIdentifier="clocked"/>')
-    assert "it has Scheduled Execution alone" in "".join(fmu_problems(scheduled))
+    assert "it has only Scheduled Execution" in "".join(fmu_problems(scheduled))
     with pytest.raises(ModelError, match="FMU for Scheduled Execution; co-simulation FMUs"):
         System().add("a", scheduled)

@@ -65,7 +65,7 @@ def parts(tmp_path_factory) -> dict[tuple[str, int], Path]:
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize("versions", [(2, 2), (2, 3), (3, 2), (3, 3)])
 def test_a_number_that_is_no_item_ends_the_run(parts, versions, algorithm):
-    """1, 2, then 3, which becomes 5 (park) by a mapping, and 4, which is no item."""
+    """1, 2, then 3, which becomes 5 (park) by a mapping, and 4, which is not an item."""
     system = System()
     system.add("counter", parts["Count", versions[0]])
     system.add("box", parts["Gearbox", versions[1]])
@@ -73,7 +73,7 @@ def test_a_number_that_is_no_item_ends_the_run(parts, versions, algorithm):
     results = system.simulate(0.2, 0.1, algorithm=algorithm)
     assert set(results["box.seen"]) <= {1.0, 2.0, 5.0}
     words = (
-        r"box at t = 0\.[234]\d* s: the value for input gear is 4, from counter\.count, which is no item of the enumeration: "
+        r"box at t = 0\.[234]\d* s: the value for input gear is 4, from counter\.count, which is not an item of the enumeration: "
         r"low \(1\), high \(2\), park \(5\)"
     )
     with pytest.raises(SimulationError, match=words):

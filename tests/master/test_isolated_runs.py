@@ -229,7 +229,7 @@ POSIX = pytest.mark.skipif(sys.platform == "win32", reason="there are no signals
 )
 def test_a_crash_is_told_with_its_kind_the_time_the_fmus_and_the_last_words(harmful, nothing_left, capfd, harm, words):
     system = harmful_system(harmful, harm)
-    last = f"; last words: first line; harm {HARM.index(harm)} now"
+    last = f"; last messages: first line; harm {HARM.index(harm)} now"
     with pytest.raises(SimulationError, match=rf"^the isolated run ended at t = 0.5 s: {words}; FMUs: x \(harmful.fmu\){last}$"):
         system.simulate(STOP, STEP, isolate=True)
     assert "first line\n" in capfd.readouterr().err  # passed on, too

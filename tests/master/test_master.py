@@ -35,7 +35,7 @@ def chain(fmus) -> System:
     ("wrong", "words"),
     [
         (lambda s, f: s.add("profile", f / "MotionProfile.fmu"), "already an instance 'profile'"),
-        (lambda s, f: s.add("my plant", f / "MotionProfile.fmu"), "'my plant' is no name for an instance"),
+        (lambda s, f: s.add("my plant", f / "MotionProfile.fmu"), "'my plant' is not a name for an instance"),
         (lambda s, f: s.add("other", f / "MotionProfile.fmu", durration=1.0), "other: .*'durration'. Did you mean 'duration'?"),
         (lambda s, f: s.add("other", f / "MotionProfile.fmu", duration="long"), "duration = 'long' is not of type Real"),
         (lambda s, f: s.add("other", f / "InputShaper.fmu", modes=1.5), "modes = 1.5 is not of type Integer"),

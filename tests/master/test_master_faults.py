@@ -48,7 +48,7 @@ COMMON = [
     ("step", ERROR, 0.0, "fmi2DoStep failed: a step goes wrong as told", 1),
     ("step", FATAL, 0.5, "fmi2DoStep failed: a step goes wrong as told (Fatal: it", 6),
     ("step", 5, 0.5, "fmi2DoStep goes on in the background (Pending), which this master does not support: a step goes", 6),
-    ("step", 17, 0.5, "fmi2DoStep returned 17, which is no status: a step goes wrong as told", 6),
+    ("step", 17, 0.5, "fmi2DoStep returned 17, which is not a status: a step goes wrong as told", 6),
     ("percent", ERROR, 0.5, "fmi2DoStep failed: a load of 100%s%n is too much", 6),
     ("silent", ERROR, 0.5, "fmi2DoStep failed and gave no message", 6),
 ]
@@ -134,7 +134,7 @@ def test_values_that_are_not_finite_end_the_run_where_they_are_connected(version
 @pytest.mark.parametrize("version", [2, 3])
 def test_values_that_are_only_recorded_may_be_anything_but_nan_is_noted(version):
     """An output may be infinite or undefined by design; who does not use it does not stop for it."""
-    for fault, notes in (("not_a_number", ("x.output is no number from t = 0.5 s on",)), ("infinite", ())):
+    for fault, notes in (("not_a_number", ("x.output is not a number from t = 0.5 s on",)), ("infinite", ())):
         results = alone(version, fault, 0, 0.5).simulate(STOP, STEP)
         assert results.notes == notes
         assert len(results.time) == 11
@@ -199,7 +199,7 @@ def test_an_fmu_without_a_usable_library_is_told_and_the_folder_stays(tmp_path, 
     here = os.getcwd()
     platform = fmpy.platform_tuple if version == 3 else fmpy.platform
     text = tmp_path / "text"
-    text.write_text("this is no library")
+    text.write_text("this is not a library")
     cases = [
         (packed(tmp_path / "none.fmu", version, None), rf"no library faulty\.\w+ for {platform}, nor for any other platform$"),
         (

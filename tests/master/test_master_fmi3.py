@@ -149,7 +149,7 @@ def test_start_values_of_single_elements_and_names_of_items():
     expected = shaper("zv", [W, 2.7 * W], [0.0, ZETA])
     for found in times.values():
         assert found == pytest.approx(expected.delays, abs=1e-12)
-    with pytest.raises(ModelError, match=r"'zvv' is no shaper\. Did you mean 'zv"):
+    with pytest.raises(ModelError, match=r"'zvv' is not a value of shaper\. Did you mean 'zv"):
         System().add("shaper", native_fmu("InputShaper", 3), shaper="zvv")
 
 

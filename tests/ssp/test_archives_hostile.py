@@ -64,7 +64,7 @@ def test_hostile_archives_take_little_memory(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code, "a.fmu", "b.fmu"], capture_output=True, text=True, cwd=tmp_path, check=True)
     lines = done.stdout.splitlines()
-    assert lines[0] == "x: entry 'a' unpacks to more than the 10 bytes that it tells"
+    assert lines[0] == "x: entry 'a' unpacks to more than the 10 bytes that it declares"
     assert lines[1] == "x: 20000 entries, more than the 10000 that are accepted"
 
 

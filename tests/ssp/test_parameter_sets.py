@@ -68,7 +68,7 @@ def test_the_sets_of_the_archive_have_no_problems(loaded):
         (["train.durration|<ssv:Real value='1'/>"], r"line 3: .*'train.durration'.*Did you mean 'train.duration'\?"),
         (
             ["train.duration|<ssv:Real value='long'/>"],
-            "line 3: parameter train.duration -> train.duration: 'long' is no value of kind real",
+            "line 3: parameter train.duration -> train.duration: 'long' is not a value of kind real",
         ),
         (
             ["train.duration|<ssv:Real value='1' unit='ms'/>"],

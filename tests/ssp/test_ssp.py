@@ -84,7 +84,7 @@ SSD = "SystemStructure.ssd"
             SSD,
             'name="acceleration" kind="output"',
             'name="accel" kind="output"',
-            "connector profile.accel is no variable of MotionProfile.fmu. Did you mean 'acceleration'",
+            "connector profile.accel is not a variable of MotionProfile.fmu. Did you mean 'acceleration'",
         ),
         (
             SSD,
@@ -117,7 +117,7 @@ SSD = "SystemStructure.ssd"
             SSD,
             'name="crane" type="',
             'name="crane" implementation="ModelExchange" type="',
-            "component 'crane' asks for ModelExchange; FMUs are run by co-simulation alone",
+            "component 'crane' asks for ModelExchange; FMUs are run only by co-simulation",
         ),
         (
             SSD,
@@ -141,7 +141,7 @@ SSD = "SystemStructure.ssd"
             "resources/crane.ssv",
             'value="8"',
             'value="eight"',
-            "parameter initial_rope_length -> crane.initial_rope_length: 'eight' is no value of kind real",
+            "parameter initial_rope_length -> crane.initial_rope_length: 'eight' is not a value of kind real",
         ),
         (
             "resources/crane.ssv",
@@ -154,7 +154,7 @@ SSD = "SystemStructure.ssd"
             "resources/shaper.ssv",
             "</ssv:Parameters>",
             '<ssv:Parameter name="shaper"><ssv:Enumeration value="zvvd"/></ssv:Parameter></ssv:Parameters>',
-            r"'zvvd' is no shaper. Did you mean 'zvd'\?",
+            r"'zvvd' is not a value of shaper. Did you mean 'zvd'\?",
         ),
     ],
 )

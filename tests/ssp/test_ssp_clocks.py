@@ -93,7 +93,7 @@ def test_connected_clocks_run(elements, connections, b, tmp_path):
     [
         (VALUES, "clock b.trig ticks when another clock does, but nothing is connected to it: connect an output clock"),
         (connection("a.out", "b.w"), "a.out -> b.w: a clock cannot become a real"),
-        (CLOCKS + VALUES + connection("a.out", "a.c"), "ticks at times of its own"),
+        (CLOCKS + VALUES + connection("a.out", "a.c"), "ticks at its own times"),
         (CLOCKS + VALUES + connection("a.out", "b.trig"), "b.trig is driven twice"),
         (VALUES + connection("a.out", "b.trig", '<ssc:LinearTransformation factor="2"/>'), "linear transformation .* a clock"),
     ],

@@ -91,7 +91,7 @@ def test_any_prefixes_and_any_order_are_read():
         ("<ssd:System/>", "x.ssd, line 1: System has no name"),
         (
             "<ssd:System name='s'>\n<ssd:Elements>\n<ssd:Thing name='t'/></ssd:Elements></ssd:System>",
-            "line 3: Thing is no kind of element",
+            "line 3: Thing is not a kind of element",
         ),
         (
             "<ssd:System name='s'><ssd:Connections>\n<ssd:Connection startElement='a'/></ssd:Connections></ssd:System>",

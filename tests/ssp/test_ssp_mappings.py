@@ -140,5 +140,5 @@ def test_parameters_are_transformed(transformation, value, found):
 
 
 def test_only_numbers_are_transformed_linearly():
-    with pytest.raises(ModelError, match="'low' is no number"):
+    with pytest.raises(ModelError, match="'low' is not a number"):
         transformed(LinearTransformation(2.0), "low")

@@ -273,7 +273,7 @@ def test_a_wrong_value_is_refused_with_its_place(load):
     root = system("", component("plant", PLANT, '<ssd:ParameterBinding source="resources/p.ssv"/>'))
     values = ssv("damping Real 1", "mass Real heavy").encode()
     with pytest.raises(
-        ModelError, match=r"resources/p\.ssv, line 2: parameter mass -> plant\.mass: 'heavy' is no value of kind real"
+        ModelError, match=r"resources/p\.ssv, line 2: parameter mass -> plant\.mass: 'heavy' is not a value of kind real"
     ):
         load(root, resources__p_ssv=values)
 

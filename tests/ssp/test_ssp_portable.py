@@ -24,7 +24,7 @@ from shaper_fmu.ssp.archive import load_ssp
 from shaper_fmu.ssp.portable import ECOS, EFFECTS, ENDS, FMPY, LIBCOSIM, REFUSE, uses
 
 STEP, STEPS = 0.01, 200
-AS_OURS = {"runs SystemStructure.ssd alone"}  # which is what is compared
+AS_OURS = {"runs only SystemStructure.ssd"}  # which is what is compared
 UNSURE = {"has crashed on it"}  # but not each time
 FMPY_RUN = """
 import json, sys, fmpy.ssp.simulation

@@ -133,7 +133,9 @@ def test_notes_tell_what_is_borne(parts, tmp_path):
     loaded = load(parts, tmp_path, system("", component("train", PULSE) + component("plant", PLANT, binding("mas Real 1")), connection("train.pulse", "plant.force")))  # fmt: skip
     value, rest = loaded.notes
     assert value.endswith("parameter mas: plant has nothing called 'mas', so the value has no effect. Did you mean 'mass'?")
-    assert rest.startswith("x.ssp is not to the standard, but can be run ('shaper-fmu check' tells all): SystemStructure.ssd, line")
+    assert rest.startswith(
+        "x.ssp deviates from the standard, but can be run ('shaper-fmu check' lists all findings): SystemStructure.ssd, line"
+    )
     assert "train has no connector 'pulse'" in rest
     assert "plant has no connector 'force'" in rest
     assert [finding.weight for finding in loaded.findings if "has no connector" in finding.message] == [Weight.DEVIATION] * 2

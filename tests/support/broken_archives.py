@@ -96,7 +96,7 @@ BROKEN: dict[str, Broken] = {
         system("", TRAIN + part("plant", PLANT, "mass parameter kg"), connection("train.pulse", "plant.mass")),
         {
             "train.pulse -> plant.mass: an output of an element and a parameter of an element cannot be connected": "note",
-            "train.pulse -> plant.mass: train.pulse feeds the parameter plant.mass; this master feeds inputs alone": "load",
+            "train.pulse -> plant.mass: train.pulse feeds the parameter plant.mass; this master connects only inputs": "load",
         },
     ),
     # what the run refused, and the check told only if there was nothing else, or not at all
@@ -140,11 +140,11 @@ BROKEN: dict[str, Broken] = {
     ),
     "a value of a text's type": Broken(
         one(binding("mass Integer 1_0")),
-        {"'1_0' is not a valid value of the atomic type": "note", "parameter mass -> plant.mass: '1_0' is no value": "load"},
+        {"'1_0' is not a valid value of the atomic type": "note", "parameter mass -> plant.mass: '1_0' is not a value": "load"},
     ),
     "infinitely much": Broken(
         one(binding("mass Real INF")),
-        {"parameter mass -> plant.mass = inf is no finite number": "note"},
+        {"parameter mass -> plant.mass = inf is not a finite number": "note"},
     ),
     "a source that leads out": Broken(
         one('<ssd:ParameterBinding source="../p.ssv"/>'),
@@ -152,7 +152,7 @@ BROKEN: dict[str, Broken] = {
     ),
     "a set inside a system": Broken(
         bindings('<ssd:ParameterBinding source="p.ssv" sourceBase="component"/>') + system("", MASS),
-        {"parameter binding of the system: sourceBase is 'component', but the system is no component with a source": "load"},
+        {"parameter binding of the system: sourceBase is 'component', but the system is not a component with a source": "load"},
     ),
     "a set that the FMU has not": Broken(
         one('<ssd:ParameterBinding source="resources/p.ssv" sourceBase="component"/>'),

@@ -229,7 +229,7 @@ CASES: dict[str, Case] = {
     "variant": Case((), ("further variants",), {"Variant.ssd": PLAIN}),
     "blank in a name": Case(
         (('name="plant"', 'name="the plant"'), ('endElement="plant"', 'endElement="the plant"')),
-        ("a name that is no identifier",),
+        ("a name that is not an identifier",),
         instance="the plant",
     ),
     "without OMSimulator's annotation": Case(

@@ -88,7 +88,7 @@ COMPONENTS: dict[str, Wrong] = {
     ),
     "model exchange asked for": Wrong(
         ((SSD, 'implementation="CoSimulation"', 'implementation="ModelExchange"'),),
-        ((SSD, "ModelExchange", "component 'shaper' asks for ModelExchange; FMUs are run by co-simulation alone"),),
+        ((SSD, "ModelExchange", "component 'shaper' asks for ModelExchange; FMUs are run only by co-simulation"),),
     ),
     "an FMU for another platform": Wrong(
         (),
@@ -123,13 +123,13 @@ COMPONENTS: dict[str, Wrong] = {
         ),
         change=_changed_fmu("MassSpringDamper", _model_exchange_alone),
     ),
-    "a connector that is no variable": Wrong(
+    "a connector that is not a variable": Wrong(
         ((SSD, '<ssd:Connector name="acceleration"', '<ssd:Connector name="accelerating"'),),
         (
             (
                 SSD,
                 "accelerating",
-                "connector plant.accelerating is no variable of MassSpringDamper.fmu. Did you mean 'acceleration'?",
+                "connector plant.accelerating is not a variable of MassSpringDamper.fmu. Did you mean 'acceleration'?",
             ),
         ),
     ),

@@ -91,13 +91,13 @@ NAMES: dict[str, Wrong] = {
         ((SSD, 'dictionary="bus"', 'dictionary="buss"'),),
         ((SSD, "buss", "bus_entry stands for the signal dictionary 'buss', which is none. Did you mean 'bus'?"),),
     ),
-    "a connector that is no signal": Wrong(
+    "a connector that is not a signal": Wrong(
         ((BUS, 'name="position"', 'name="place"'),),
         (
             (
                 SSD,
                 'name="position" kind="inout"',
-                "connector bus_entry.position is no signal of the dictionary 'bus'. Known: place.",
+                "connector bus_entry.position is not a signal of the dictionary 'bus'. Known: place.",
             ),
         ),
     ),

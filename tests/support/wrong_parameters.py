@@ -29,7 +29,7 @@ PARAMETERS: dict[str, Wrong] = {
     ),
     "an output as a parameter": Wrong(
         ((COMMON, "plant.damping", "plant.position"),),
-        ((COMMON, "plant.position", "parameter plant.position: plant.position is no parameter but of kind output"),),
+        ((COMMON, "plant.position", "parameter plant.position: plant.position is not a parameter; its kind is output"),),
     ),
     "below the minimum": Wrong(
         ((COMMON, DURATION, DURATION.replace("1.5", "-1.5")),),
@@ -59,13 +59,13 @@ PARAMETERS: dict[str, Wrong] = {
         ((COMMON, DURATION, DURATION.replace("1.5", "soon")),),
         (
             (COMMON, "soon", "element 'ssv:Real', attribute 'value': 'soon' is not a valid value of the atomic type 'xs:double'"),
-            (COMMON, "soon", "parameter command.profile.duration -> command.profile.duration: 'soon' is no value of kind real"),
+            (COMMON, "soon", "parameter command.profile.duration -> command.profile.duration: 'soon' is not a value of kind real"),
         ),
         seen_by_schema=True,
     ),
     "infinitely much": Wrong(
         ((COMMON, DURATION, DURATION.replace("1.5", "INF")),),
-        ((COMMON, "INF", "parameter command.profile.duration -> command.profile.duration = inf is no finite number"),),
+        ((COMMON, "INF", "parameter command.profile.duration -> command.profile.duration = inf is not a finite number"),),
     ),
     "a real for an integer": Wrong(
         ((COMMON, 'modes"><ssv:Integer value="1"', 'modes"><ssv:Real value="1"'),),
@@ -87,7 +87,7 @@ PARAMETERS: dict[str, Wrong] = {
             (
                 COMMON,
                 "scurve",
-                "parameter command.profile.profile -> command.profile.profile: 'scurve' is no profile. Did you mean 's_curve'?",
+                "parameter command.profile.profile -> command.profile.profile: 'scurve' is not a value of profile. Did you mean 's_curve'?",
             ),
         ),
     ),
@@ -97,7 +97,7 @@ PARAMETERS: dict[str, Wrong] = {
             (
                 COMMON,
                 "33",
-                f"parameter command.shaper.shaper -> command.shaper.shaper: shaper = 33 is no item of the enumeration: {', '.join(f'{item.name} ({item.value})' for item in Shaper)}",
+                f"parameter command.shaper.shaper -> command.shaper.shaper: shaper = 33 is not an item of the enumeration: {', '.join(f'{item.name} ({item.value})' for item in Shaper)}",
             ),
         ),
     ),

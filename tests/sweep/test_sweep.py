@@ -143,7 +143,7 @@ def test_wrong_studies_are_refused(fmus, tmp_path, old, new, words):
     [
         ('output = "crane.swing_angle"', 'output = "crane.swing_angel"', "Did you mean 'swing_angle'?"),
         ('"crane.initial_rope_length"', '"crane.inital_rope_length"', "Did you mean 'initial_rope_length'?"),
-        ('"shaper.shaper" = "zv"', '"shaper.shaper" = "zw"', "'zw' is no shaper"),
+        ('"shaper.shaper" = "zv"', '"shaper.shaper" = "zw"', "'zw' is not a value of shaper"),
     ],
 )
 def test_names_that_the_system_does_not_have_are_refused_before_the_first_run(fmus, tmp_path, old, new, words):

@@ -146,7 +146,7 @@ def test_a_motion_that_does_not_fade_proves_nothing(kept_up):
     found = identify_measured(Table({"time": T, "x": x}), excitation_end=0.0)
     told = [finding.text for finding in found.findings if finding.code == "not_decaying"]
     assert len(told) == 1
-    assert "the motion at 15 rad/s does not fade over the record" in told[0]
+    assert "the motion at 15 rad/s does not decay over the record" in told[0]
     assert "not_decaying" in CONTRADICTING
     faint = np.exp(-0.005 * 15.0 * T) * np.sin(15.0 * T) + 1e-3 * np.random.default_rng(2).standard_normal(len(T))
     ringing_down = identify_measured(Table({"time": T, "x": faint}), excitation_end=0.0)
@@ -156,7 +156,7 @@ def test_a_motion_that_does_not_fade_proves_nothing(kept_up):
 def test_a_column_of_the_excitation_that_is_no_number_is_told():
     force = np.where(T < 1.0, 1.0, 0.0)
     force[7] = np.nan
-    with pytest.raises(IdentificationError, match="force is no finite number at row 8: nan"):
+    with pytest.raises(IdentificationError, match="force is not a finite number at row 8: nan"):
         identify_measured(table(T, force=force), input="force")
 
 
@@ -164,7 +164,7 @@ def test_a_record_that_does_not_tell_is_refused():
     t, x = moved(noise=0.003)
     with pytest.raises(IdentificationError, match="Tell when the excitation has ended"):
         identify_measured(Table({"time": t[t < 3.0], "x": x[t < 3.0]}))
-    with pytest.raises(IdentificationError, match="is no finite number"):
+    with pytest.raises(IdentificationError, match="is not a finite number"):
         identify_measured(Table({"time": t, "x": x}), excitation_end=math.nan)
 
 
@@ -237,7 +237,7 @@ def test_what_is_refused(made, options, words):
     [
         ("", "the file is empty"),
         ("t,x\n", "there is no row of numbers"),
-        ("t,x\n0,1\n1,one\n", "line 3: 'one' is no number"),
+        ("t,x\n0,1\n1,one\n", "line 3: 'one' is not a number"),
         ("t,x\n0,1\n1\n", "line 3: 1 values, where the header has 2"),
         ("t,x,x\n0,1,2\n", "two columns 'x'"),
     ],

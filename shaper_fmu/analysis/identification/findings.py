@@ -38,11 +38,11 @@ def findings_of(parts: Parts, found: Fit, data: Data, smallest_share: float) -> 
     texts = {
         "unstable": "unstable: a pair of poles at {pole:.4g} rad/s grows; no shaper helps, stabilise it first",
         "growth": "unstable: a real pole at {pole.real:.4g} 1/s grows; no shaper helps, stabilise it first",
-        "drift": "it goes on moving at constant speed after the excitation: a rigid-body mode (two poles at 0), beside the rest",
-        "acceleration": "it goes on accelerating after the excitation (three poles at 0)",
+        "drift": "it moves on at constant speed after the excitation: there is also a rigid-body mode (two poles at 0)",
+        "acceleration": "it accelerates further after the excitation (three poles at 0)",
         "overdamped": "a pair of poles at {pole:.4g} rad/s decays before it swings, and needs no shaping",
         "harmonic": "a pole at {pole:.4g} rad/s, {share:.2g} of the response, is a sum of other poles: a slight nonlinearity",
-        "too_slow": "a motion at {pole.imag:.3g} rad/s has too few periods in the record to be told; take a longer one",
+        "too_slow": "a motion at {pole.imag:.3g} rad/s has too few periods in the record to be identified; take a longer one",
     }
     for other in parts.others:
         if other.kind in texts:
@@ -51,12 +51,14 @@ def findings_of(parts: Parts, found: Fit, data: Data, smallest_share: float) -> 
             findings.append(Finding("too_fast", too_coarse(other.pole, data)))
     minor = [other for other in parts.others if other.kind == "minor"]
     if minor:
-        findings.append(Finding("minor", f"{len(minor)} poles have less than the smallest share of the response, and are not told"))
+        findings.append(
+            Finding("minor", f"{len(minor)} poles are not listed: they have less than the smallest share of the response")
+        )
     if not found.converged:
         findings.append(Finding("not_converged", "the fit has not converged; its numbers are an estimate"))
     findings += _of_residual(found, data, smallest_share)
     if not parts.modes and not any(one.code in CONTRADICTING for one in findings):
-        findings.append(Finding("no_vibration", "it does not vibrate: there is no pair of poles that swings; no shaper is needed"))
+        findings.append(Finding("no_vibration", "it does not vibrate: no pair of poles oscillates; no shaper is needed"))
     return findings
 
 
@@ -86,7 +88,7 @@ def _of_residual(found: Fit, data: Data, smallest_share: float) -> list[Finding]
     if worst > _CORRELATED or any(_is_bent(one) for one in seen):
         detail = f"correlation {worst:.2f} from sample to sample"
         text = (
-            f"what the fit leaves is no white noise ({detail}): the modes do not explain all, and the uncertainties are too small"
+            f"the fit's residual is not white noise ({detail}): the modes do not explain all, and the uncertainties are too small"
         )
         findings.append(Finding("coloured", text))
     late = max((disturbed(one) for one in seen), default=0)

@@ -54,7 +54,7 @@ def free_response(values: Any, step: float, names: Sequence[str] | None = None, 
         raise IdentificationError(f"step = {step:g} s must be a positive number")
     if not np.isfinite(table).all():
         row, column = np.argwhere(~np.isfinite(table))[0]
-        raise IdentificationError(f"{found[column]} is no finite number at sample {row} (t = {row * step:g} s)")
+        raise IdentificationError(f"{found[column]} is not a finite number at sample {row} (t = {row * step:g} s)")
     if len(table) < FEWEST_SAMPLES:
         raise IdentificationError(f"{len(table)} samples are too few; at least {FEWEST_SAMPLES} are needed")
     known = np.broadcast_to(np.asarray(floor, float), (table.shape[1],))

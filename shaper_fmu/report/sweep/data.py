@@ -93,7 +93,7 @@ class Failures:
     def add(self, run: Run) -> None:
         """Enter a run."""
         self.total += 1
-        kind = _NUMBER.sub("...", run.reason or "no reason told")
+        kind = _NUMBER.sub("...", run.reason or "no reason given")
         if kind not in self.kinds and len(self.kinds) >= _MOST_REASONS:
             kind = "other reasons"
         self.kinds[kind] += 1

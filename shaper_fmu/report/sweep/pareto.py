@@ -109,7 +109,7 @@ def pareto_blocks(data: SweepData, nominal: dict[str, Results | str]) -> list[Bl
         return []
     duration, text = durations(data, nominal)
     if not text:
-        return [Text("No metric waits for a command and no instance tells a duration: durations are not compared.")]
+        return [Text("No metric refers to a command, and no instance declares a duration: durations are not compared.")]
     blocks: list[Block] = []
     lost = [case for case in data.cases if not np.isfinite(duration[case])]
     if lost:

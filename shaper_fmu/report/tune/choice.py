@@ -160,7 +160,7 @@ def alternative_blocks(choice: Choice) -> list[Block]:
     """A table of the front, and the designs that were left out, with reasons."""
     blocks: list[Block] = [front_table(choice)]
     if choice.dominated:
-        text = f"For each of {len(choice.dominated)} more combinations another shaper is no longer and leaves no more."
+        text = f"{len(choice.dominated)} more combinations are dominated: another shaper is no longer and leaves no more."
         blocks.append(Text(text))
     if choice.left_out:
         rows = [[one.name, one.reason] for one in choice.left_out[:_MOST_ROWS]]

@@ -64,7 +64,7 @@ class Evidence:
         return modes + [(one.pole.imag / (2.0 * np.pi), "unstable") for one in growing]
 
     def grows(self) -> bool:
-        """Whether the response is largest at its end."""
+        """Whether the response grows, so that its end dominates."""
         return any(one.kind in ("unstable", "growth") for one in self.found.others)
 
     def fitted(self) -> np.ndarray:

@@ -17,18 +17,18 @@ from shaper_fmu.tune.tuning import Tuning, Verdict
 from shaper_fmu.tune.tuning_json import profile_start_values
 
 VERDICTS: Mapping[Verdict, str] = {
-    "tuned": "Tuned: the shaper below fits what was asked for, and holds on the plant.",
-    "proven": "The shaper below fits what was asked for, for the modes that were measured. There was no plant to try it on.",
+    "tuned": "Tuned: the shaper below meets the requirements, and holds on the plant.",
+    "proven": "The shaper below meets the requirements for the measured modes. There was no plant to verify it on.",
     "no_vibration": "No shaper is needed: nothing vibrates.",
     "unstable": "No shaper can help: the plant is unstable.",
-    "nothing_fits": "No shaper fits what was asked for. The one below comes nearest.",
-    "not_held": "The shaper below fits the identified modes, but the plant does not show that what was asked for holds.",
-    "not_proven": "Nothing is proven: what was found speaks against the modes, or against there being none.",
+    "nothing_fits": "No shaper meets the requirements. The one below comes nearest.",
+    "not_held": "The shaper below fits the identified modes, but the plant does not show that it meets the requirements.",
+    "not_proven": "Nothing is proven: findings contradict the modes, or the absence of modes.",
     "not_verified": "The shaper below fits the identified modes. It could not be tried on the plant.",
 }
 
 _OF_MODES = {"Sensitivity", "Trade-off", "Alternatives"}
-_IF = "All this is for the modes found, against which findings speak: nothing of it is proven."
+_IF = "All this is for the modes found, which findings contradict: nothing of it is proven."
 _PROVEN: tuple[Verdict, ...] = ("tuned", "proven", "nothing_fits")
 """Verdicts that do not contradict a bound for the modes found."""
 

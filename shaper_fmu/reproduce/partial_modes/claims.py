@@ -80,7 +80,7 @@ def _unshaped(found: Study) -> list[Claim]:
             "Section 3: the delays of the two modes' shapers add up",
             f"{found.cases['fast'].duration:.4f} s + {found.cases['slow'].duration:.4f} s = {found.cases['both'].duration:.4f} s",
             _verdict(abs(found.cases["both"].duration - found.cases["fast"].duration - found.cases["slow"].duration) < 1e-9),
-            "The durations that the shaper FMU tells.",
+            "The durations that the shaper FMU calculates.",
         ),
     ]
 

@@ -112,7 +112,7 @@ def _nothing_fits(choice: Choice) -> str:
         ways.append("perhaps negative impulses, if the actuator can follow them (allow_negative)")
     if not ways:
         return f"{text}. Neither a longer delay nor a narrower range makes one of these kinds fit"
-    return f"{text}. What would make one fit: {', or '.join(ways)}"
+    return f"{text}. These changes would make one fit: {', or '.join(ways)}"
 
 
 def _larger_tolerances(choice: Choice) -> list[str]:

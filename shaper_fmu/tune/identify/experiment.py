@@ -107,9 +107,7 @@ class PlantIdentification:
         for other in self.identification.others:
             moves = np.abs(other.residues[0][places]).max(initial=0.0) > 0.0
             if moves and other.kind in ("offset", "drift", "acceleration", "unstable", "growth"):
-                raise IdentificationError(
-                    f"the response to a step does not settle at a value of its own: there is {other.kind} in it"
-                )
+                raise IdentificationError(f"the response to a step does not settle at a final value: there is {other.kind} in it")
         parts = [*self.modes, *(o for o in self.identification.others if o.pole.real < 0.0 and o.kind != "harmonic")]
         residues = np.array([self.step_residues(part)[places] for part in parts]).T
         final = -np.real(residues).sum(axis=1)

@@ -180,7 +180,7 @@ def _check_same(task: _Task, exchanged: np.ndarray, coupled: np.ndarray, size: n
         if abs(one - other) > _SAME * abs(other) + _NEGLIGIBLE * most:
             raise LinearizationError(
                 f"{task.fmu.name} cannot be linearized at t = {task.time:g} s: its Model Exchange gives {name} = {one:.9g} in the "
-                f"states in which co-simulation gives {other:.9g}, so they do not tell all"
+                f"states in which co-simulation gives {other:.9g}, so the states are incomplete"
             )
 
 

@@ -35,19 +35,19 @@ _LEVELS = 0.5
 """Different values over samples, up to which a sensor may give them in steps."""
 _FREE = "the whole record is taken to be free: its modes are the same from its first sample on as from later beginnings"
 _ASSUMED = (
-    "nobody has told when the response becomes free. It seems to be from {:.4g} s on: its modes are the same from there as from "
-    "later beginnings, but what has died out by then is not seen. Tell when the excitation has ended (excitation_end, "
-    "--excitation-end), or which column it is (input, --input)"
+    "it was not given when the response becomes free. It seems to be free from {:.4g} s on: its modes are the same from there as "
+    "from later times, but modes that have decayed by then are not seen. Give the end of the excitation (excitation_end, "
+    "--excitation-end), or its column (input, --input)"
 )
 _FADING = 0.02
 """A mode whose amplitude falls by less than this share over the record may be kept up by something."""
 _KEPT_UP = (
-    "the motion at {:.4g} rad/s does not fade over the record: something may keep it up (a hum, an unbalance, a limit cycle) that "
-    "no shaper changes. Take a longer record of the machine at rest but for the ringing"
+    "the motion at {:.4g} rad/s does not decay over the record: something may keep it up (a hum, an unbalance, a limit cycle) that "
+    "no shaper changes. Take a longer record, in which the machine is at rest except for its vibration"
 )
-_UNTOLD = (
-    "the response does not tell when it becomes free: there is no beginning from which on modes stay the same. Tell when the "
-    "excitation has ended (excitation_end, --excitation-end), or which column it is (input, --input)"
+_UNKNOWN = (
+    "it is unknown when the response becomes free: there is no time from which on its modes stay the same. Give the end of the "
+    "excitation (excitation_end, --excitation-end), or its column (input, --input)"
 )
 
 
@@ -102,10 +102,10 @@ def identify_measured(
     clock = _column(table, time or next((n for n in table.names if n.casefold() in ("time", "t")), table.names[0]))
     if input is not None and not np.isfinite(column := table[_column(table, input)]).all():
         row = int(np.flatnonzero(~np.isfinite(column))[0])
-        raise IdentificationError(f"{input} is no finite number at row {row + 1}: {column[row]:g}")
+        raise IdentificationError(f"{input} is not a finite number at row {row + 1}: {column[row]:g}")
     names = [_column(table, name) for name in outputs or [n for n in table.names if n not in (clock, input)]]
     if not names:
-        raise IdentificationError("there is no column of a response beside the time")
+        raise IdentificationError("there is no column of a response besides the time")
     unit = known.get(clock, "").strip()
     if unit not in _SECONDS:
         raise IdentificationError(f"the time column {clock!r} is in {unit!r}; s, ms, us and min are understood")
@@ -123,7 +123,7 @@ def identify_measured(
     if first is None:
         start = first_free(response, smallest_share)
         if start is None:
-            raise IdentificationError(_UNTOLD)
+            raise IdentificationError(_UNKNOWN)
         grid, uniform, response = grid[start:], uniform[start:], cut(response, start)
         findings.append(Finding("assumed_free", _ASSUMED.format(grid[0])) if start else Finding("found_free", _FREE))
         end = float(grid[0])
@@ -166,12 +166,12 @@ def _beginning(t: np.ndarray, excitation: np.ndarray | None, given: float | None
     """The first row of the free response; None, with the reason, if neither the input nor the user determines it."""
     if given is not None:
         if not np.isfinite(given):
-            raise IdentificationError(f"the end of the excitation, {given:g} s, is no finite number")
+            raise IdentificationError(f"the end of the excitation, {given:g} s, is not a finite number")
         first = int(np.count_nonzero(t <= given + 1e-9 * (t[-1] - t[0])))
     elif excitation is not None:
         last = last_change(excitation)
         if last is None:
-            return None, "the column of the excitation does not change, so that it does not tell when the response becomes free"
+            return None, "the column of the excitation does not change, so it does not show when the response becomes free"
         first = last + 1
     else:
         return None, ""
@@ -200,8 +200,8 @@ def last_change(excitation: np.ndarray) -> int | None:
     alike = float(rest[1:] @ rest[:-1] / max(1e-300, float(rest @ rest)))
     if len(rest) < _FEWEST or alike > _ALIKE + 4.0 / math.sqrt(len(rest)):
         raise IdentificationError(
-            "the column of the excitation does not come to rest: it is noisy or follows the response; tell when the response "
-            "becomes free (excitation_end, --excitation-end)"
+            "the column of the excitation does not come to rest: it is noisy or follows the response; give the time at which the "
+            "response becomes free (excitation_end, --excitation-end)"
         )
     return first if first else None
 

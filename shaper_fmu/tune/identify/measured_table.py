@@ -41,7 +41,7 @@ def read_table(path: Path | str) -> Table:
 
     The first line is the header; a unit may follow a name in brackets, and an apostrophe that guards spreadsheets against a
     formula is no part of it. With semicolons or tabs a decimal comma is understood.
-    Raises IdentificationError with the line of what is no number.
+    Raises IdentificationError with the line of what is not a number.
     """
     path = Path(path)
     if path.suffix.lower() == ".parquet":
@@ -75,7 +75,7 @@ def _numbers(line: str, separator: str, comma: bool, count: int, where: str) -> 
         try:
             found.append(float(cell.strip().replace(",", ".") if comma else cell))
         except ValueError:
-            raise IdentificationError(f"{where}: {cell!r} is no number") from None
+            raise IdentificationError(f"{where}: {cell!r} is not a number") from None
     return found
 
 

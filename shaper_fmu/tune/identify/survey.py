@@ -70,7 +70,7 @@ def survey(experiment: Experiment, kind: ExcitationKind, amplitude: float, durat
             f"down to {high:.2g} s" if low == 0.0 else f"up to {low:.2g} s" if high == math.inf else f"{low:.2g} s to {high:.2g} s"
         )
         raise IdentificationError(
-            f"no time scale was found at which the response tells of vibration (looked at: {first:.3g} s, and {beside}): the "
+            f"no time scale was found at which the response shows vibration (tried: {first:.3g} s, and {beside}): the "
             "outputs may follow the input at once, only integrate it, or stick. If they do vibrate, give as `duration` how long a "
             "few periods of the slowest mode take"
         )

@@ -33,7 +33,7 @@ class ShapedPlant:
         self.alone = not isinstance(source, System)
         self.plant = copied(source) if isinstance(source, System) else alone_system(source, start_values or {})
         if SHAPER in self.plant.fmus:
-            raise ModelError([f"the system has an instance {SHAPER} of its own; give it another name"])
+            raise ModelError([f"the system already has an instance {SHAPER}; give it another name"])
         self.input = self.full(input)
 
     def full(self, name: str) -> str:
