@@ -75,7 +75,7 @@ def simulate_isolated(
     signature(Simulation.run).bind(None, stop_time, step, **names)  # a wrong option is a TypeError here as in any run
     fmus = ", ".join(f"{name} ({fmu.name})" for name, fmu in system.fmus.items())
     answer, done, frame = None, False, b""
-    with Child(_plan(system, stop_time, step, options)) as child:
+    with Child(_task(system, stop_time, step, options)) as child:
         try:
             for frame in child.frames(time_limit, progress):
                 answer = _decoded(frame) if frame not in (BEGUN, CLOSED) else answer
@@ -95,7 +95,7 @@ def simulate_isolated(
     return results
 
 
-def _plan(system: SystemStructure, stop_time: float, step: float, options: dict[str, Any]) -> bytes:
+def _task(system: SystemStructure, stop_time: float, step: float, options: dict[str, Any]) -> bytes:
     """The data that the child needs. Raises ModelError for objects that cannot be sent."""
     signals = []
     for port, signal in system.signals.items():

@@ -31,7 +31,7 @@ _WATCHED = _OF_CALLER + _OF_RUNTIMES
 _ROOM = 256
 """Bytes, more than C's struct sigaction has anywhere. It begins with the handler."""
 
-_TOLD = np.r_[0:16, 136:140] if sys.platform == "linux" else np.r_[0:16]
+_RELEVANT = np.r_[0:16, 136:140] if sys.platform == "linux" else np.r_[0:16]
 """Those that tell something: handler, mask and flags. On Linux the mask has room for more signals than there are."""
 
 _here = ctypes.CDLL(None) if POSIX else None
@@ -87,7 +87,7 @@ class Signals:
                 with suppress(TypeError, ValueError):  # one that was set in C is None for Python
                     signal.signal(number, handler)
         found = _actions()
-        differing = (found[:, _TOLD] != self._actions[:, _TOLD]).any(axis=1)
+        differing = (found[:, _RELEVANT] != self._actions[:, _RELEVANT]).any(axis=1)
         for i, number in enumerate(_WATCHED):
             if differing[i] or number in _left:
                 changed = _restore_action(number, self._actions[i].tobytes(), found[i].tobytes()) or changed
@@ -101,9 +101,9 @@ class Signals:
 
 
 def _restore_action(number: int, kept: bytes, found: bytes) -> bool:
-    current = bytes(found[i] for i in _TOLD)
+    current = bytes(found[i] for i in _RELEVANT)
     original = _left[number][0] if number in _left and _left[number][1] == current else kept
-    if current == bytes(original[i] for i in _TOLD):
+    if current == bytes(original[i] for i in _RELEVANT):
         return False
     if number in _OF_RUNTIMES and _is_loaded(_handler(found)):
         _left[number] = original, current

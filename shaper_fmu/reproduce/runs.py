@@ -16,7 +16,7 @@ from shaper_fmu.metrics.final import Final
 
 
 @dataclass(frozen=True)
-class Left:
+class Residuals:
     """The residual vibration of a command, as shares of 1.
 
     Attributes:
@@ -68,7 +68,7 @@ class OscillatorBench:
         self._simulation.close()
         self._step.close()
 
-    def left(
+    def residuals(
         self,
         values: Mapping[str, Any],
         natural_frequency: float,
@@ -77,7 +77,7 @@ class OscillatorBench:
         *,
         exact: bool | None = None,
         step: float | None = None,
-    ) -> Left:
+    ) -> Residuals:
         """Run with start `values` of the command on a plant of this mode.
 
         `duration` is the command's [s], or the kept variable that tells it; `exact` as in `Simulation.run`.
@@ -90,7 +90,7 @@ class OscillatorBench:
         relative = envelope(found, *mode) / self._known[mode]
         end = found[duration] if isinstance(duration, str) else duration
         kept = {name: found[name] for name in self.keep}
-        return Left(relative, relative * math.exp(-damping_ratio * natural_frequency * end), end, kept)
+        return Residuals(relative, relative * math.exp(-damping_ratio * natural_frequency * end), end, kept)
 
 
 def envelope(state: Mapping[str, float], natural_frequency: float, damping_ratio: float, rest: float = 1.0) -> float:

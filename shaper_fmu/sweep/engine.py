@@ -53,7 +53,7 @@ def run_study(
     engine = engine or Serial()
     with Store(store, study, provenance_of(loaded)) as opened:
         for i, note in enumerate(_notes_of(study, loaded, job)):
-            opened.note(f"run {i:03d}", note)
+            opened.remark(f"run {i:03d}", note)
         if retry_failed:
             opened.retry_failed()
         _run_planned(opened, job, engine, progress)
@@ -62,7 +62,7 @@ def run_study(
                 break
             _run_planned(opened, job, engine, progress)
         if not engine.reuses:
-            opened.note("instances", "a reset of these FMUs leaves something behind: every run had fresh instances")
+            opened.remark("instances", "a reset of these FMUs leaves something behind: every run had fresh instances")
         return opened.counts()
 
 
@@ -75,7 +75,7 @@ def _within_limit(points: list[Point], opened: Store) -> list[Point]:
             f"the refinement ended after {most} added runs, the largest number allowed: some intervals in which the metric "
             "crosses the level are longer than refine.width. A metric that crosses it in many places needs a finer grid instead"
         )
-        opened.note("refine", message)
+        opened.remark("refine", message)
     return points[: max(0, left)]
 
 

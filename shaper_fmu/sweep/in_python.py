@@ -53,11 +53,11 @@ def sweep_system(
         **options,
     )
     _write_beside(store, study.system_path, system)
-    _check_untold(system, load_ssp(study.system_path).system)
+    _check_storable(system, load_ssp(study.system_path).system)
     return run_study(study, store, progress, engine=engine_for(workers, dask), retry_failed=retry_failed)
 
 
-def _check_untold(system: System, written: Structure) -> None:
+def _check_storable(system: System, written: Structure) -> None:
     """Raise StudyError for settings of the system that an archive cannot hold, since the runs would differ."""
     for what, name in (
         ("which outputs announce events", "event_outputs"),

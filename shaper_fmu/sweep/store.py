@@ -142,7 +142,7 @@ class Store:
                     self._database.execute(
                         "PRAGMA synchronous=NORMAL"
                     )  # a killed process loses nothing; a power cut the last seconds
-                    self._plan(study, provenance)
+                    self._enter_study(study, provenance)
                 self._study = self._stored_study() if study is None else study  # whose points may be there already
                 self._file = os.stat(self.path)
         except BaseException:
@@ -162,7 +162,7 @@ class Store:
         row = self._database.execute("SELECT value FROM study WHERE key = ?", (key,)).fetchone()
         return row[0] if row else None
 
-    def _plan(self, study: Study, provenance: dict[str, Any]) -> None:
+    def _enter_study(self, study: Study, provenance: dict[str, Any]) -> None:
         """Enter the study, or check that the stored one is the same."""
         entries = {"study": study.as_json(), "provenance": json.dumps(provenance, sort_keys=True)}
         differs = {"study": "another study", "provenance": "other FMUs or another version of shaper-fmu"}
@@ -213,7 +213,7 @@ class Store:
         """Digests of the FMUs and the version that made the runs."""
         return json.loads(self._value("provenance") or "{}")
 
-    def note(self, key: str, value: str) -> None:
+    def remark(self, key: str, value: str) -> None:
         """Enter something that a reader should know; see `remarks`."""
         with self._named_errors(), self._database:
             self._database.execute("INSERT OR REPLACE INTO study VALUES (?, ?)", (f"note {key}", value))

@@ -80,7 +80,7 @@ def test_with_the_printed_modes(study):
 
 
 def test_eq_8_as_printed_leaves_vibration(study):
-    assert study.left == pytest.approx((26.14, 54.01), abs=5.1e-3)
+    assert study.by_printed_formula == pytest.approx((26.14, 54.01), abs=5.1e-3)
 
 
 def test_the_s_shaped_move_against_an_integration(study):

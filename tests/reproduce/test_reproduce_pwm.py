@@ -105,7 +105,7 @@ def test_any_communication_step_gives_the_same(study, step):
     with train_bench() as bench:
         for case in CASES:
             values = {**CASES[case], "train.frequency_ratio": 12.0}
-            left = bench.left(values, NATURAL_FREQUENCY, DAMPING_RATIO, "train.travel_time", step=step)
+            left = bench.residuals(values, NATURAL_FREQUENCY, DAMPING_RATIO, "train.travel_time", step=step)
             whole = study.whole[case]
             assert 100.0 * left.relative == pytest.approx(whole.relative[whole.at(12)], abs=1e-10)
 

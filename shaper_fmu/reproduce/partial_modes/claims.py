@@ -31,8 +31,8 @@ def _setting(found: Study) -> list[Claim]:
     return [
         Claim(
             "Eqs. (7), (8): the impulses 1/(1 + K) and K/(1 + K) with K = exp(zeta pi / sqrt(1 - zeta^2)) leave no vibration",
-            f"V = {found.left[0]:.2f} % and {found.left[1]:.2f} % of the modes of eq. (11)",
-            _verdict(max(found.left) < 0.1),
+            f"V = {found.by_printed_formula[0]:.2f} % and {found.by_printed_formula[1]:.2f} % of the modes of eq. (11)",
+            _verdict(max(found.by_printed_formula) < 0.1),
             "A custom shaper FMU on oscillator FMUs. The two impulses are exchanged: with K = exp(-zeta pi / sqrt(1 - zeta^2)) "
             "nothing is left, and that is what is used below.",
         ),

@@ -140,7 +140,7 @@ def cases(bench: Bench, slow: Mode, fast: Mode, done: Callable[[], None]) -> dic
     return found
 
 
-def left_by_printed_formula(mode: Mode) -> float:
+def residual_by_printed_formula(mode: Mode) -> float:
     """What eq. (8) as printed, K = exp(+ zeta pi / sqrt(1 - zeta^2)), leaves of its own mode, of a step's residual [%].
 
     Two equal oscillator FMUs, one with the shaper and one with the bare step, at the last impulse and half a period on.

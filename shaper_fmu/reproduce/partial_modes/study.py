@@ -17,7 +17,7 @@ from shaper_fmu.reproduce.partial_modes.runs import (
     Mode,
     cases,
     chain_modes,
-    left_by_printed_formula,
+    residual_by_printed_formula,
 )
 
 MASS, STIFFNESS, DAMPING = (15.0, 8.0, 10.0), (400.0, 120.0), (20.0, 6.0)
@@ -32,14 +32,14 @@ class Study:
 
     Attributes:
         modes: of the free chain, the slow one and the fast one.
-        left: what eq. (8) as printed leaves of the modes of eq. (11) [%].
+        by_printed_formula: residual by eq. (8) as printed, of the modes of eq. (11) [%].
         cases: with shapers for the chain's modes; `printed`: for the rounded modes of eq. (11); `s_shaped`: the S-shaped move.
         response: of the closed loop, by its modes, for comparison and for the choice.
         sets: all sets of the closed loop's modes with ZVD; `chosen`: for each tolerance and kind; `cure`: the runs of all sets.
     """
 
     modes: tuple[Mode, Mode]
-    left: tuple[float, float]
+    by_printed_formula: tuple[float, float]
     cases: dict[str, Case]
     printed: dict[str, Case]
     s_shaped: dict[str, Case]
@@ -60,7 +60,7 @@ def study(update: Update) -> Study:
 
     update(0, _RUNS)
     slow, fast = chain_modes()
-    left = left_by_printed_formula(PRINTED[0]), left_by_printed_formula(PRINTED[1])
+    residuals = residual_by_printed_formula(PRINTED[0]), residual_by_printed_formula(PRINTED[1])
     response = closed_loop()
     sets = mode_sets(response, "zvd")
     with Bench() as bench:
@@ -72,7 +72,7 @@ def study(update: Update) -> Study:
     with Bench(s_shaped=True) as bench:
         s_shaped = cases(bench, slow, fast, done)
     chosen = {(kind, t): select_modes(response, kind, t) for kind in ("zvd", "zv") for t in TOLERANCES}
-    return Study((slow, fast), left, step, printed, s_shaped, response, sets, chosen, cure)
+    return Study((slow, fast), residuals, step, printed, s_shaped, response, sets, chosen, cure)
 
 
 def mode_of(response: ModalResponse, k: int) -> Mode:

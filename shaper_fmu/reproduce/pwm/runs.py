@@ -56,7 +56,7 @@ KEPT = ["train.travel_time", "train.residual_vibration", "train.minimum_pulse_wi
 class Scan:
     """A command over the frequency ratio; arrays of shape (n,).
 
-    `relative` and `vibration` in % (see `Left`), `designed`: V by the FMU's own design formula [%], `width`: of the shortest
+    `relative` and `vibration` in % (see `Residuals`), `designed`: V by the FMU's own design formula [%], `width`: of the shortest
     pulse or gap [s], `pulses`: rising edges.
     """
 
@@ -120,11 +120,17 @@ def scan(bench: OscillatorBench, case: dict[str, Any], grid: np.ndarray, done: C
     rows = []
     for ratio in grid:
         values = {**case, "train.frequency_ratio": float(ratio)}
-        left = bench.left(values, NATURAL_FREQUENCY, DAMPING_RATIO, "train.travel_time", **options)
-        kept = left.kept
+        residuals = bench.residuals(values, NATURAL_FREQUENCY, DAMPING_RATIO, "train.travel_time", **options)
+        kept = residuals.kept
         designed = 100.0 * kept["train.residual_vibration"]
         rows.append(
-            (100.0 * left.relative, 100.0 * left.vibration, designed, kept["train.minimum_pulse_width"], kept["train.pulses"])
+            (
+                100.0 * residuals.relative,
+                100.0 * residuals.vibration,
+                designed,
+                kept["train.minimum_pulse_width"],
+                kept["train.pulses"],
+            )
         )
     done()
     return Scan(grid, *np.array(rows).T)
@@ -133,7 +139,7 @@ def scan(bench: OscillatorBench, case: dict[str, Any], grid: np.ndarray, done: C
 def vibration(bench: OscillatorBench, case: Mapping[str, Any], frequency: float = 1.0, damping: float = DAMPING_RATIO) -> float:
     """V [%] on a plant of `frequency` times the paper's natural frequency, and of this damping ratio."""
     duration = bench.keep[0]
-    return 100.0 * bench.left(case, frequency * NATURAL_FREQUENCY, damping, duration).vibration
+    return 100.0 * bench.residuals(case, frequency * NATURAL_FREQUENCY, damping, duration).vibration
 
 
 def time_response(case: dict[str, Any], ratio: float, stop: float) -> Results:
@@ -182,7 +188,7 @@ def profile_vibration(duration: float) -> float:
         return "shaper.shaped"
 
     with OscillatorBench(build, duration, duration / 20_000, STIFFNESS) as bench:
-        return 100.0 * bench.left({}, NATURAL_FREQUENCY, DAMPING_RATIO, duration).vibration
+        return 100.0 * bench.residuals({}, NATURAL_FREQUENCY, DAMPING_RATIO, duration).vibration
 
 
 def on_the_grid(steps: list[float], update: Update) -> dict[str, dict[tuple[str, float], Scan]]:

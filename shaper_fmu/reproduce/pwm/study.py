@@ -110,11 +110,11 @@ def study(update: Update) -> Study:
         designs = {}
         for name, values in DESIGNS.items():
             points = [vibration(bench, values, x) for x in (0.8, 0.9, 1.0, 1.1, 1.2)]
-            travel = bench.left(values, 1.0, 0.0, 0.0).kept["train.travel_time"]
+            travel = bench.residuals(values, 1.0, 0.0, 0.0).kept["train.travel_time"]
             designs[name] = travel, points
     with zv_bench() as bench:
         robust[STAIRCASE] = _robustness(bench, {}, done)
-        duration = bench.left({}, 1.0, 0.0, 0.0).kept["shaper.duration"]
+        duration = bench.residuals({}, 1.0, 0.0, 0.0).kept["shaper.duration"]
     whole = {case: found.whole() for case, found in dense.items()}
     responses = {}
     for key, stop in {(LONG_CASE, 9.0): 0.16, (ZV_CASE, 9.0): 0.16, (LONG_CASE, 12.0): 0.45, (SHORT_CASE, 12.0): 0.45}.items():

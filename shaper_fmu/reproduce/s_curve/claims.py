@@ -8,7 +8,7 @@ import numpy as np
 
 from shaper_fmu.reproduce.claims import Claim, Verdict
 from shaper_fmu.reproduce.runs import last_crossing
-from shaper_fmu.reproduce.s_curve.runs import Left
+from shaper_fmu.reproduce.s_curve.runs import Residuals
 from shaper_fmu.reproduce.s_curve.study import CRUISE, DURATIONS, GRID, Study
 
 THRESHOLD = 0.05
@@ -28,22 +28,22 @@ def percent(value: float) -> str:
     return f"{100.0 * value:.3g} %"
 
 
-def first_mode(lefts: list[Left]) -> np.ndarray:
+def first_mode(moves: list[Residuals]) -> np.ndarray:
     """Relative residual of the first mode, shape (n,)."""
-    return np.array([left.relative[0] for left in lefts])
+    return np.array([residuals.relative[0] for residuals in moves])
 
 
 def _verdict(holds: bool) -> Verdict:
     return "reproduced" if holds else "not reproduced"
 
 
-def _over(lefts: dict[float, Left]) -> str:
-    return ", ".join(percent(lefts[r].relative[0]) for r in DURATIONS)
+def _over(moves: dict[float, Residuals]) -> str:
+    return ", ".join(percent(moves[r].relative[0]) for r in DURATIONS)
 
 
 def _abstract(study: Study) -> list[Claim]:
     nominal, polynomial = study.nominal, study.polynomial
-    from_08 = max(left.relative[0] for r, left in zip(GRID, study.scans["S-curve"], strict=True) if r > 0.799)
+    from_08 = max(residuals.relative[0] for r, residuals in zip(GRID, study.scans["S-curve"], strict=True) if r > 0.799)
     lower = all(nominal[r].relative[0] < polynomial[r].relative[0] for r in DURATIONS)
     calmer = all(nominal[r].deflection < polynomial[r].deflection for r in DURATIONS)
     above = [r for r in DURATIONS if polynomial[r].relative[0] >= THRESHOLD]
@@ -124,8 +124,8 @@ def _introduction(study: Study) -> list[Claim]:
 def _model(study: Study) -> list[Claim]:
     w = study.frequencies
     beta = math.sqrt(w[0] / math.sqrt(0.05 / (0.02 * 0.25**3)))
-    others = [left.modes[1:].sum() for r in DURATIONS if (left := study.modes["S-curve", 0.0, r])]
-    worst = max(float(left.modes[1:].sum()) for left in study.mode_scans["S-curve"][1])
+    others = [residuals.modes[1:].sum() for r in DURATIONS if (residuals := study.modes["S-curve", 0.0, r])]
+    worst = max(float(residuals.modes[1:].sum()) for residuals in study.mode_scans["S-curve"][1])
     return [
         Claim(
             "beta = 1.3202 and a natural frequency of 22.0487 rad/s for the beam of Table 1 (eq. 7, section 4).",
@@ -164,7 +164,7 @@ def _profile(study: Study) -> list[Claim]:
 def _simulations(study: Study) -> list[Claim]:
     half = int(np.argmin(np.abs(GRID - 0.5)))
     smooth, polynomial = study.scans["S-curve"][half], study.scans["3-4-5 polynomial"][half]
-    ends = {name: last_crossing(GRID, first_mode(lefts), THRESHOLD) for name, lefts in study.scans.items() if name != "S-curve"}
+    ends = {name: last_crossing(GRID, first_mode(moves), THRESHOLD) for name, moves in study.scans.items() if name != "S-curve"}
     last = max(ends.values())
     off = sum(study.stiffer[r].relative[0] < study.polynomial_stiffer[r].relative[0] for r in DURATIONS)
     short = max(first_mode(study.scans["S-curve"])[:8])
@@ -172,7 +172,7 @@ def _simulations(study: Study) -> list[Claim]:
         Claim(
             "The S-curve leaves no residual vibration at 0.8, 1.25, 1.75, 2.25 and 4.25 periods (figures 3a and 3b).",
             _over(study.nominal),
-            _verdict(max(left.relative[0] for left in study.nominal.values()) < 1e-7),
+            _verdict(max(residuals.relative[0] for residuals in study.nominal.values()) < 1e-7),
             "80000 steps a period; with steps of a tenth the rest grows a hundredfold, so it is the master's.",
         ),
         Claim(
@@ -192,7 +192,7 @@ def _simulations(study: Study) -> list[Claim]:
         Claim(
             "The 3-4-5 polynomial leaves residual vibration at all five durations (figures 3c and 3d).",
             _over(study.polynomial),
-            _verdict(min(left.relative[0] for left in study.polynomial.values()) > 1e-3),
+            _verdict(min(residuals.relative[0] for residuals in study.polynomial.values()) > 1e-3),
             "Amplitude in the first mode over that of a step of the same distance.",
         ),
         Claim(

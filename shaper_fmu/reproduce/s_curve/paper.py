@@ -82,10 +82,10 @@ def _responses(study: Study) -> list[Block]:
 
 
 def _scans(study: Study) -> list[Block]:
-    residuals = [Line(name, GRID, 100 * first_mode(lefts), style=i) for i, (name, lefts) in enumerate(study.scans.items())]
+    residuals = [Line(name, GRID, 100 * first_mode(moves), style=i) for i, (name, moves) in enumerate(study.scans.items())]
     fast = (GRID >= 0.6) & (GRID <= 2.5)
-    peak = np.array([left.velocity for left in study.scans["S-curve"]])
-    polynomial = np.array([left.velocity for left in study.scans["3-4-5 polynomial"]])
+    peak = np.array([move.velocity for move in study.scans["S-curve"]])
+    polynomial = np.array([move.velocity for move in study.scans["3-4-5 polynomial"]])
     speeds = [
         Line("S-curve", GRID[fast], peak[fast]),
         Line("S-curve, A tau", GRID[fast], 0.2 / (GRID[fast] * study.period)),
@@ -109,8 +109,8 @@ def _scans(study: Study) -> list[Block]:
 
 def _future(study: Study) -> list[Block]:
     lines = [
-        Line(name, grid, 100 * np.array([left.modes[1] for left in lefts]), style=i)
-        for i, (name, (grid, lefts)) in enumerate(study.mode_scans.items())
+        Line(name, grid, 100 * np.array([move.modes[1] for move in moves]), style=i)
+        for i, (name, (grid, moves)) in enumerate(study.mode_scans.items())
     ]
     rows = []
     for name in COMMANDS:

@@ -41,7 +41,7 @@ _MORE = {"speed": Final("profile.velocity"), "shortest": Final("profile.shortest
 
 
 @dataclass(frozen=True)
-class Left:
+class Residuals:
     """The residual vibration and the effort of a move.
 
     Attributes:
@@ -89,9 +89,9 @@ class BeamBench:
         self._simulation.close()
         self._shown.close()
 
-    def left(
+    def residuals(
         self, profile: str, periods: float, values: Mapping[str, Any] | None = None, *, shaper: str = "none", steps: int = STEPS
-    ) -> Left:
+    ) -> Residuals:
         """After a move that takes so many periods of the first mode, the shaper's time included. `values` are start values."""
         start = self._start(profile, periods, values, shaper)
         distance = start.get("profile.distance", DISTANCE)
@@ -99,7 +99,7 @@ class BeamBench:
         x, v, w, gamma = (np.array([found[f"beam.{name}[{j + 1}]"] for j in range(self.modes)]) for name in _STATES)
         zeta = np.array([start.get(f"beam.modal_damping[{j + 1}]", 0.0) for j in range(self.modes)])
         swing = np.hypot(x, (v + zeta * w * x) / (w * np.sqrt(1.0 - zeta * zeta))) / distance
-        return Left(swing, swing / np.abs(gamma), w, found["velocity"], found["acceleration"], found["deflection"])
+        return Residuals(swing, swing / np.abs(gamma), w, found["velocity"], found["acceleration"], found["deflection"])
 
     def cruise_speed(self, periods: float, distance: float = DISTANCE) -> float:
         """Speed of the S-curve in the middle of the move, A tau [m/s]."""

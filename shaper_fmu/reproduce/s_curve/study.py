@@ -9,7 +9,7 @@ import numpy as np
 
 from shaper_fmu.master.results import Results
 from shaper_fmu.progress import Update
-from shaper_fmu.reproduce.s_curve.runs import DISTANCE, FINE, SHAPER_PERIODS, STEPS, BeamBench, Left, damped, first_frequency
+from shaper_fmu.reproduce.s_curve.runs import DISTANCE, FINE, SHAPER_PERIODS, STEPS, BeamBench, Residuals, damped, first_frequency
 
 DURATIONS = (0.8, 1.25, 1.75, 2.25, 4.25)
 """The paper's durations, in periods of the first mode (section 4)."""
@@ -77,19 +77,19 @@ class Study:
 
     frequencies: np.ndarray
     period: float
-    nominal: dict[float, Left]
-    polynomial: dict[float, Left]
-    stiffer: dict[float, Left]
-    polynomial_stiffer: dict[float, Left]
+    nominal: dict[float, Residuals]
+    polynomial: dict[float, Residuals]
+    stiffer: dict[float, Residuals]
+    polynomial_stiffer: dict[float, Residuals]
     cruise: dict[float, float]
-    scans: dict[str, list[Left]]
+    scans: dict[str, list[Residuals]]
     at_period: dict[str, float]
     others: dict[str, float]
     segment_error: float
     jumps: tuple[float, float]
     shortest: dict[float, float]
-    modes: dict[tuple[str, float, float], Left]
-    mode_scans: dict[str, tuple[np.ndarray, list[Left]]]
+    modes: dict[tuple[str, float, float], Residuals]
+    mode_scans: dict[str, tuple[np.ndarray, list[Residuals]]]
     detuned: dict[float, np.ndarray]
     shown: dict[tuple[str, float], Results]
     example: Results
@@ -101,13 +101,13 @@ def run_study(update: Update) -> Study:
     with BeamBench() as bench, BeamBench(modes=5) as full:
         update(0, parts)
         stiff = {"beam.youngs_modulus": 3e9 * STIFFER}
-        nominal = {r: bench.left("s_curve", r, steps=FINE) for r in DURATIONS}
-        polynomial = {r: bench.left("polynomial_345", r) for r in DURATIONS}
+        nominal = {r: bench.residuals("s_curve", r, steps=FINE) for r in DURATIONS}
+        polynomial = {r: bench.residuals("polynomial_345", r) for r in DURATIONS}
         update(1, parts)
-        scans = {name: [bench.left(kind, r, _limits(name, r * bench.period)) for r in GRID] for name, kind in SCANNED.items()}
+        scans = {name: [bench.residuals(kind, r, _limits(name, r * bench.period)) for r in GRID] for name, kind in SCANNED.items()}
         update(2, parts)
         detuned = {
-            r: np.array([_relative(bench.left("s_curve", r, {"beam.youngs_modulus": 3e9 * x * x})) for x in RATIOS])
+            r: np.array([_relative(bench.residuals("s_curve", r, {"beam.youngs_modulus": 3e9 * x * x})) for x in RATIOS])
             for r in DURATIONS
         }
         update(3, parts)
@@ -125,12 +125,12 @@ def run_study(update: Update) -> Study:
             mode_scans[name] = grid, [_command(full, name, r, 0.0) for r in grid]
         update(5, parts)
         found = Study(
-            frequencies=full.left("s_curve", 1.0).frequencies,
+            frequencies=full.residuals("s_curve", 1.0).frequencies,
             period=bench.period,
             nominal=nominal,
             polynomial=polynomial,
-            stiffer={r: bench.left("s_curve", r, stiff) for r in DURATIONS},
-            polynomial_stiffer={r: bench.left("polynomial_345", r, stiff) for r in DURATIONS},
+            stiffer={r: bench.residuals("s_curve", r, stiff) for r in DURATIONS},
+            polynomial_stiffer={r: bench.residuals("polynomial_345", r, stiff) for r in DURATIONS},
             cruise={r: bench.cruise_speed(r) for r in DURATIONS},
             scans=scans,
             at_period=_at_period(bench),
@@ -153,8 +153,8 @@ def possible(name: str, periods: float) -> bool:
     return periods - SHAPER_PERIODS[COMMANDS[name][1]] >= SHORTEST_MOVE
 
 
-def _relative(left: Left) -> float:
-    return float(left.relative[0])
+def _relative(residuals: Residuals) -> float:
+    return float(residuals.relative[0])
 
 
 def _limits(name: str, duration: float) -> dict[str, float]:
@@ -162,14 +162,18 @@ def _limits(name: str, duration: float) -> dict[str, float]:
     return {"profile.max_acceleration": 4.0 * DISTANCE / duration**2 * (1.0 + 1e-9)} if name == "triangular velocity" else {}
 
 
-def _command(full: BeamBench, name: str, periods: float, zeta: float) -> Left:
+def _command(full: BeamBench, name: str, periods: float, zeta: float) -> Residuals:
     profile, shaper, knows_damping = COMMANDS[name]
-    return full.left(profile, periods, {**damped(zeta), "profile.damping_ratio": zeta if knows_damping else 0.0}, shaper=shaper)
+    return full.residuals(
+        profile, periods, {**damped(zeta), "profile.damping_ratio": zeta if knows_damping else 0.0}, shaper=shaper
+    )
 
 
 def _at_period(bench: BeamBench) -> dict[str, float]:
-    found = {name: _relative(bench.left(SCANNED[name], 1.0)) for name in ("3-4-5 polynomial", "cycloid", "trapezoidal velocity")}
-    return {**found, "ramps of a period": _relative(bench.left("trapezoid", 3.0))}
+    found = {
+        name: _relative(bench.residuals(SCANNED[name], 1.0)) for name in ("3-4-5 polynomial", "cycloid", "trapezoidal velocity")
+    }
+    return {**found, "ramps of a period": _relative(bench.residuals("trapezoid", 3.0))}
 
 
 def _on_another(bench: BeamBench, beam: dict[str, float]) -> float:
@@ -177,7 +181,7 @@ def _on_another(bench: BeamBench, beam: dict[str, float]) -> float:
     w = first_frequency(**beam)
     values = {**{f"beam.{name}": value for name, value in beam.items()}, "profile.natural_frequency": w}
     ratio = bench.natural_frequency / w
-    return _relative(bench.left("s_curve", 0.8 * ratio, values, steps=round(STEPS * max(1.0, 1.0 / ratio))))
+    return _relative(bench.residuals("s_curve", 0.8 * ratio, values, steps=round(STEPS * max(1.0, 1.0 / ratio))))
 
 
 def _with_cruise(bench: BeamBench, distance: float, duration: float, speed: float) -> Results:

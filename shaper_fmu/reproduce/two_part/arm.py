@@ -38,7 +38,7 @@ SHOWN = ("profile.position", "arm.slide_position", "arm.swing_angle", "arm.press
 
 
 @dataclass(frozen=True)
-class ArmLeft:
+class ArmResiduals:
     """The residual swing of the rod after a command.
 
     Attributes:
@@ -72,7 +72,7 @@ class ArmBench:
         self._simulation.close()
         self._shown.close()
 
-    def left(self, command: str, ratio: float | None = None) -> ArmLeft:
+    def residuals(self, command: str, ratio: float | None = None) -> ArmResiduals:
         """After a command of `COMMANDS`, with the paper's rod or one that has `ratio` times the designed frequency."""
         length = ROD_LENGTH if ratio is None else rod_length(ratio)
         values = {"profile.profile": COMMANDS[command], **rod(length)}
@@ -81,7 +81,7 @@ class ArmBench:
         envelope = swing_envelope(found[_STATE[0]], found[_STATE[1]], w)
         peaks = {name: found[f"peak {name}"] for name in _PEAKS}
         at_end = envelope * math.exp(DAMPING_RATIO * w * SETTLED)
-        return ArmLeft(at_end / step_swing(length / 1.5), envelope, peaks)
+        return ArmResiduals(at_end / step_swing(length / 1.5), envelope, peaks)
 
     def shown(self, command: str, stop_time: float) -> Results:
         """Time responses with the paper's rod."""

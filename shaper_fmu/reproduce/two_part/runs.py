@@ -68,20 +68,20 @@ def vibration(
 ) -> float:
     """V of a command on a plant with `ratio` times the designed frequency and this damping ratio."""
     values = {**command_values(command), "profile.damping_ratio": design_damping}
-    return bench.left(values, ratio * NATURAL_FREQUENCY, damping_ratio, DURATION).vibration
+    return bench.residuals(values, ratio * NATURAL_FREQUENCY, damping_ratio, DURATION).vibration
 
 
 def shaped_vibration(bench: OscillatorBench, shaper: str, ratio: float) -> tuple[float, float]:
     """V of a step through a shaper of `SHAPERS` at its own end, exact since its jumps are events; and its duration [s]."""
     start = {"profile.profile": "step", "shaper.shaper": SHAPERS[shaper]}
-    found = bench.left(start, ratio * NATURAL_FREQUENCY, DAMPING_RATIO, "shaper.duration", step=0.05)
+    found = bench.residuals(start, ratio * NATURAL_FREQUENCY, DAMPING_RATIO, "shaper.duration", step=0.05)
     return found.vibration, found.kept["shaper.duration"]
 
 
 def vibration_after(bench: OscillatorBench, duration: float) -> float:
     """V of the single profile over another duration [s], with as many steps."""
     values = {**command_values("single"), "profile.duration": duration}
-    return bench.left(values, NATURAL_FREQUENCY, DAMPING_RATIO, duration, step=duration / STEPS).vibration
+    return bench.residuals(values, NATURAL_FREQUENCY, DAMPING_RATIO, duration, step=duration / STEPS).vibration
 
 
 def band(curve: Callable[[float], float], level: float, low: float = 0.7, high: float = 1.6) -> tuple[float, float]:

@@ -9,7 +9,7 @@ import numpy as np
 from shaper_fmu.master.results import Results
 from shaper_fmu.progress import Update
 from shaper_fmu.reproduce.runs import OscillatorBench
-from shaper_fmu.reproduce.two_part.arm import ArmBench, ArmLeft
+from shaper_fmu.reproduce.two_part.arm import ArmBench, ArmResiduals
 from shaper_fmu.reproduce.two_part.runs import (
     COMMANDS,
     DAMPING_RATIO,
@@ -79,7 +79,7 @@ class Study:
     curves: dict[str, np.ndarray]
     shaper_durations: dict[str, float]
     swings: dict[str, Swing]
-    arm: dict[str, ArmLeft]
+    arm: dict[str, ArmResiduals]
     arm_bands: dict[str, tuple[float, float]]
     arm_curves: dict[str, np.ndarray]
     arm_runs: dict[str, Results]
@@ -117,9 +117,9 @@ def run_study(update: Update) -> Study:
     swings = {name: _swing(moved) for name, moved in shapes.items()}
     update(5, parts)
     with ArmBench() as real:
-        arm = {name: real.left(name) for name in COMMANDS}
-        arm_curves = {name: np.array([real.left(name, r).vibration for r in ARM_RATIOS]) for name in COMMANDS}
-        arm_bands = {name: band(lambda r, n=name: real.left(n, r).vibration, LEVEL) for name in COMMANDS}
+        arm = {name: real.residuals(name) for name in COMMANDS}
+        arm_curves = {name: np.array([real.residuals(name, r).vibration for r in ARM_RATIOS]) for name in COMMANDS}
+        arm_bands = {name: band(lambda r, n=name: real.residuals(n, r).vibration, LEVEL) for name in COMMANDS}
         arm_runs = {name: real.shown(name, STOP) for name in COMMANDS}
     update(parts, parts)
     return Study(

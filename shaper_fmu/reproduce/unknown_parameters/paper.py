@@ -158,9 +158,9 @@ def vibration_map(
     with OscillatorBench(command.build, STOP if keep else MOVE, command.step, keep=keep) as bench:
         for i, ratio in enumerate(damping):
             for k, x in enumerate(frequency):
-                left = bench.left({}, float(x) * NATURAL_FREQUENCY, float(ratio), end)
-                values[i, k] = 100.0 * left.vibration
-                duration = left.duration if keep else MOVE
+                residuals = bench.residuals({}, float(x) * NATURAL_FREQUENCY, float(ratio), end)
+                values[i, k] = 100.0 * residuals.vibration
+                duration = residuals.duration if keep else MOVE
             row_done(i + 1)
     return Found(frequency, damping, values, duration)
 

@@ -169,8 +169,8 @@ def _identified(
     seen = survey(trial, kind, amplitude, guess)
     found, response = seen.found, seen.response
     for _ in range(_REFINEMENTS):
-        plan = _plan(found, seen.duration, trial)
-        response = _closer(trial, kind, amplitude, plan, search=search)
+        sampling = _sampling(found, seen.duration, trial)
+        response = _closer(trial, kind, amplitude, sampling, search=search)
         step = float(response.time[1])
         before, found = found, identify(
             free_response(response.values, step, trial.plant.outputs, response.error), smallest_share=smallest_share
@@ -181,7 +181,7 @@ def _identified(
 
 
 @dataclass(frozen=True)
-class _Plan:
+class _Sampling:
     """Step and pulse width [s], and number of samples."""
 
     step: float
@@ -189,11 +189,11 @@ class _Plan:
     samples: int
 
 
-def _plan(found: Identification, looked: float, trial: Experiment) -> _Plan:
+def _sampling(found: Identification, looked: float, trial: Experiment) -> _Sampling:
     """Samples for the fastest mode, a duration for the slowest decay; the survey's if nothing vibrates."""
     if not found.modes:
         step = trial.on_grid(looked / 2000.0)
-        return _Plan(step, 8.0 * step, 2000)
+        return _Sampling(step, 8.0 * step, 2000)
     fastest = min(mode.period for mode in found.modes)
     if found.has("too_fast"):
         fastest = min(fastest, _CLOSER * _SAMPLES_PER_PERIOD * found.step)
@@ -209,14 +209,14 @@ def _plan(found: Identification, looked: float, trial: Experiment) -> _Plan:
         step = min(fastest / _FEWEST_PER_PERIOD, duration / _MOST_SAMPLES)
         duration = max(min(duration, _MOST_SAMPLES * step), 3.0 * slowest)
     step = trial.on_grid(step)
-    return _Plan(step, step * max(1, round(0.25 * fastest / step)), max(_FEWEST_SAMPLES, math.ceil(duration / step)))
+    return _Sampling(step, step * max(1, round(0.25 * fastest / step)), max(_FEWEST_SAMPLES, math.ceil(duration / step)))
 
 
-def _closer(trial: Experiment, kind: ExcitationKind, amplitude: float, plan: _Plan, *, search: bool) -> Response:
-    width = plan.width if kind != "chirp" else plan.step * max(64, plan.samples // 8)
-    made = trial.excitation(kind, amplitude, width, plan.step)
-    response = trial.respond(made, plan.step, plan.samples, search=search)
-    return trial.converged(response, plan.step)
+def _closer(trial: Experiment, kind: ExcitationKind, amplitude: float, sampling: _Sampling, *, search: bool) -> Response:
+    width = sampling.width if kind != "chirp" else sampling.step * max(64, sampling.samples // 8)
+    made = trial.excitation(kind, amplitude, width, sampling.step)
+    response = trial.respond(made, sampling.step, sampling.samples, search=search)
+    return trial.converged(response, sampling.step)
 
 
 def _is_same(before: Identification, found: Identification, trial: Experiment) -> bool:
@@ -225,8 +225,8 @@ def _is_same(before: Identification, found: Identification, trial: Experiment) -
         return False
 
     def scales(one: Identification) -> list[float]:
-        plan = _plan(one, 1.0, trial)
-        return [plan.step, plan.step * plan.samples]
+        sampling = _sampling(one, 1.0, trial)
+        return [sampling.step, sampling.step * sampling.samples]
 
     return all(abs(math.log(a / b)) < math.log(_SETTLED_ENOUGH) for a, b in zip(scales(before), scales(found), strict=True))
 
