@@ -31,7 +31,7 @@ class Clock:
         variability: "constant", "fixed", "calculated", "tunable", "changing", "countdown" or "triggered".
         interval, shift: of a periodic clock, in units of 1 / `resolution` seconds; None where the FMU has to be asked for them.
         asks_fraction: whether the FMU tells intervals as fractions.
-        problem: why it cannot be run, in words; "" if it can.
+        problem: the reason why it cannot be run; "" if it can.
     """
 
     name: str

@@ -20,7 +20,7 @@ FLAG = "canBeInstantiatedOnlyOncePerProcess"
 Key = tuple[str, str]
 
 _there: dict[Key, str] = {}
-"""What is in this process, in words, by FMU."""
+"""The instances in this process, as texts, by FMU."""
 
 
 class OccupiedError(SimulationError):

@@ -29,7 +29,7 @@ Holder = SystemDescription | ParameterSet | SignalDictionary
 class UnknownUnit(Unit):
     """A unit of which only the name is known: a base unit of its own, or the base unit of this name.
 
-    `told` are the findings that say so: none if it is an FMU that does not define it.
+    `reported` are the findings on it: none if it is an FMU that does not define it.
     """
 
     reported: tuple[Key, ...] = ()

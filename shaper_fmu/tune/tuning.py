@@ -41,7 +41,7 @@ UNKNOWN_MARGIN = 0.1
 """Of the natural frequencies, where nobody has said what varies."""
 
 Say = Callable[[str], None]
-"""Called with what is done next, in words."""
+"""Called with a text on the next step of the work."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Tuning:
 
     Attributes:
         verdict: see `Verdict`.
-        words: the result in a few sentences.
+        summary: the result in a few sentences.
         source: the plant's or the file's name.
         input, input_unit: the plant's input and its unit; "" for measured data.
         command: of the verification.

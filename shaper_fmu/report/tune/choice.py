@@ -111,12 +111,12 @@ def role(choice: Choice, candidate: Candidate) -> str:
 
 
 def trade_off_blocks(choice: Choice) -> list[Block]:
-    """How much delay buys how little vibration."""
-    text = "No shaper is both as short as one on the front and leaves less."
+    """The trade-off between delay and residual vibration."""
+    text = "The front is the Pareto front: no other shaper is as short as one of these and leaves less."
     if choice.requirements.nominal_tolerance < choice.requirements.tolerance:
         text = (
-            "No shaper is both as short as one on the front and leaves less: in the worst case, and nominally as far as that is "
-            "above the nominal tolerance."
+            "The front is the Pareto front: no other shaper is as short as one of these and leaves less in the worst case and "
+            "nominally. Levels within the nominal tolerance count as equal."
         )
     if choice.floor:
         text += " Below the floor no shaper of positive impulses is within the tolerance."

@@ -114,10 +114,10 @@ def _how(tuning: Tuning, found: Verification) -> str:
     text = (
         f"A {command.name} of {command.amplitude:.5g}{unit} from {command.rest:.5g}{unit} at {command.start:.4g} s{why} was "
         "simulated with and without the shaper. "
-        "Compared are half the peak-to-peak values of the outputs after the last change of the command; the share is that of the "
+        "Half the peak-to-peak values of the outputs after the last change of the command are compared; the share is that of the "
         f"worst output. The communication step was {found.step:.3g} s."
     )
     if len(found.outputs) > 3:
         text += f" Of {len(found.outputs)} outputs the table shows the three that keep most."
     left = [name for name in tuning.outputs if name not in found.outputs]
-    return f"{text} Not compared, since they go on moving: {', '.join(left)}." if left else text
+    return f"{text} Not compared, since they do not come to rest: {', '.join(left)}." if left else text

@@ -16,7 +16,7 @@ _MOST_DAMPED = 0.95
 
 
 UNDAMPED = 1e-6
-"""Damping ratio up to which a mode counts as undamped where shapers are designed, and in words; bounds are for what it is."""
+"""Damping ratio up to which a mode counts as undamped in designs and in messages; bounds use the true one."""
 
 
 @dataclass(frozen=True)

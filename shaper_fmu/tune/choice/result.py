@@ -19,16 +19,16 @@ class Choice:
 
     Attributes:
         boxes: the modes with the required margins.
-        requirements: what was asked for.
-        candidates: all that was bounded, by rising delay.
-        dominated: combinations of shapers that were not bounded, since others are no worse.
-        front: candidates than which none is both as short and leaves less (in the worst case, and nominally as far as it is above
-            the nominal tolerance), and the one recommended, by rising delay.
+        requirements: the requirements.
+        candidates: all candidates that were bounded, by rising delay.
+        dominated: combinations of shapers that were not bounded, since other candidates are no worse.
+        front: the Pareto front in delay, worst case and nominal level (levels within the nominal tolerance count as equal), with
+            the recommended candidate, by rising delay.
         recommended: the shortest candidate that fits; None if none fits.
-        nearest: the one recommended, or else the candidate within the delay that leaves least, in terms of the tolerances.
-        floor: no shaper of positive impulses that fits is shorter [s]; None if unknown, and for a move.
-        reason: the recommendation in words, or what would make one possible.
-        left_out: what could not be designed, and why.
+        nearest: the recommended candidate, or the one within the delay that leaves least relative to the tolerances.
+        floor: shortest duration of a shaper of positive impulses that fits [s]; None if unknown, and for a move.
+        reason: the reason for the recommendation, or the changes with which a candidate would fit.
+        left_out: designs that could not be made, with reasons.
     """
 
     boxes: tuple[ModeBox, ...]

@@ -35,7 +35,7 @@ class Candidate:
     """A command and its proven bounds.
 
     Attributes:
-        name: in words.
+        name: its name in messages.
         design: the shaper; with a `profile` none of its own (unshaped).
         profile: the profile of a move; None for any command through the shaper.
         delay: how much later than the unshaped command it ends [s].

@@ -42,7 +42,7 @@ class Verification:
         points: all that was simulated.
         failed: parameters at which the plant could not be run, and why.
         tolerance: of the share.
-        reason: all this in words.
+        reason: the result as a sentence.
         step: communication step of all runs [s].
         step_change: by how much halving the step to this one has changed a share at the nominal point.
     """
