@@ -115,7 +115,7 @@ class Experiment:
         )
 
     def _motion(self, settled: float, window: float) -> np.ndarray:
-        """Peak-to-peak values over `window` after `settled` [s] and over all, and the magnitude, without excitation; shape (m, 3)."""
+        """Peak-to-peak values over `window` after `settled` [s] and in all, and magnitudes, without excitation; shape (m, 3)."""
         rest = np.array([[0.0, self.rest]])
         step = self.on_grid(window / _LOOKED)
         values = self.plant.run(rest, settled + window, step, self.point)[1]
