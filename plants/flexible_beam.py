@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
-from shaper_fmu.component import Calculated, Component, Input, Local, Output, Parameter, State
+from shaper_fmu.component import Calculated, Component, Input, Local, Output, Parameter, State, Variable
 from shaper_fmu.propagation import oscillator_forcing, oscillator_transition
 
 MODES = 5
@@ -25,61 +26,75 @@ class FlexibleBeam(Component):
     or linear over a step. The defaults are the PMMA beam of Ozokutan, Karadag, Kapucu and Kutuk (2025), with its first mode.
     """
 
-    messages = {
+    messages: ClassVar[dict[int, str]] = {
         TIP_TOO_HEAVY: "tip_mass = {tip_mass} kg is more than 1e12 times beam_mass = {beam_mass} kg, so that the beam's own modes "
         "cannot be told; make beam_mass larger"
     }
-    default_step_size = 0.001
-    continuous_states = ("base_position", "base_velocity", "modal_deflection", "modal_velocity")
+    default_step_size: ClassVar[float] = 0.001
+    continuous_states: ClassVar[tuple[str, ...] | None] = ("base_position", "base_velocity", "modal_deflection", "modal_velocity")
 
-    base_acceleration = Input("m/s2", "acceleration of the base, across the beam", slope="base_acceleration_slope")
-    length = Parameter(0.25, "m", "length of the beam", min=0.0, exclusive=True, published=(1e-9, None))
-    thickness = Parameter(
+    base_acceleration: Variable[float] = Input("m/s2", "acceleration of the base, across the beam", slope="base_acceleration_slope")
+    length: Variable[float] = Parameter(0.25, "m", "length of the beam", min=0.0, exclusive=True, published=(1e-9, None))
+    thickness: Variable[float] = Parameter(
         0.002, "m", "thickness of the beam in the direction in which it bends", min=0.0, exclusive=True, published=(1e-9, None)
     )
-    width = Parameter(0.025, "m", "width of the beam", min=0.0, exclusive=True, published=(1e-9, None))
-    youngs_modulus = Parameter(3e9, "Pa", "Young's modulus", min=0.0, exclusive=True, published=(1e-9, None))
-    beam_mass = Parameter(0.02, "kg", "mass of the beam, without the tip mass", min=0.0, exclusive=True, published=(1e-12, None))
-    tip_mass = Parameter(0.015, "kg", "point mass at the tip", min=0.0)
-    modes = Parameter(1, "", "number of modes that move", min=1, max=MODES)
-    modal_damping = Parameter(
+    width: Variable[float] = Parameter(0.025, "m", "width of the beam", min=0.0, exclusive=True, published=(1e-9, None))
+    youngs_modulus: Variable[float] = Parameter(3e9, "Pa", "Young's modulus", min=0.0, exclusive=True, published=(1e-9, None))
+    beam_mass: Variable[float] = Parameter(
+        0.02, "kg", "mass of the beam, without the tip mass", min=0.0, exclusive=True, published=(1e-12, None)
+    )
+    tip_mass: Variable[float] = Parameter(0.015, "kg", "point mass at the tip", min=0.0)
+    modes: Variable[int] = Parameter(1, "", "number of modes that move", min=1, max=MODES)
+    modal_damping: Variable[list[float]] = Parameter(
         0.0, "", "damping ratio of each mode", size=MODES, min=0.0, max=1.0, exclusive="max", published=(0.0, 0.999)
     )
-    natural_frequency = Calculated("rad/s", "undamped natural frequency of each mode, moving or not", size=MODES)
-    participation = Calculated("", "participation factor of each mode at the tip; all modes together: 1", size=MODES)
-    base_position = Output("m", "position of the base", depends=(), derivative="base_velocity", nominal="usual_base_position")
-    tip_deflection = Output("m", "deflection of the tip against the base", depends=(), derivative="tip_deflection_rate")
-    tip_position = Output("m", "position of the tip", depends=(), derivative="tip_velocity")
-    tip_acceleration = Output("m/s2", "acceleration of the tip, that of the base included", depends=("base_acceleration",))
-    base_velocity = Local("m/s", "speed of the base", derivative="base_velocity_rate", nominal="usual_base_velocity")
-    base_velocity_rate = Local("m/s2", "acceleration of the base")
-    tip_velocity = Local("m/s", "speed of the tip, that of the base included", derivative="tip_acceleration")
-    tip_deflection_rate = Local("m/s", "speed of the tip against the base")
-    modal_deflection = Local(
+    natural_frequency: Variable[list[float]] = Calculated(
+        "rad/s", "undamped natural frequency of each mode, moving or not", size=MODES
+    )
+    participation: Variable[list[float]] = Calculated(
+        "", "participation factor of each mode at the tip; all modes together: 1", size=MODES
+    )
+    base_position: Variable[float] = Output(
+        "m", "position of the base", depends=(), derivative="base_velocity", nominal="usual_base_position"
+    )
+    tip_deflection: Variable[float] = Output(
+        "m", "deflection of the tip against the base", depends=(), derivative="tip_deflection_rate"
+    )
+    tip_position: Variable[float] = Output("m", "position of the tip", depends=(), derivative="tip_velocity")
+    tip_acceleration: Variable[float] = Output(
+        "m/s2", "acceleration of the tip, that of the base included", depends=("base_acceleration",)
+    )
+    base_velocity: Variable[float] = Local(
+        "m/s", "speed of the base", derivative="base_velocity_rate", nominal="usual_base_velocity"
+    )
+    base_velocity_rate: Variable[float] = Local("m/s2", "acceleration of the base")
+    tip_velocity: Variable[float] = Local("m/s", "speed of the tip, that of the base included", derivative="tip_acceleration")
+    tip_deflection_rate: Variable[float] = Local("m/s", "speed of the tip against the base")
+    modal_deflection: Variable[list[float]] = Local(
         "m", "deflection of the tip in each mode", size=MODES, derivative="modal_velocity", nominal="usual_deflection"
     )
-    modal_velocity = Local(
+    modal_velocity: Variable[list[float]] = Local(
         "m/s",
         "speed of the tip against the base in each mode",
         size=MODES,
         derivative="modal_acceleration",
         nominal="usual_deflection_rate",
     )
-    modal_acceleration = Local("m/s2", "acceleration of the tip against the base in each mode", size=MODES)
+    modal_acceleration: Variable[list[float]] = Local("m/s2", "acceleration of the tip against the base in each mode", size=MODES)
 
-    usual_base_position = State(1.0)  # under 0.1 m/s2
-    usual_base_velocity = State(1.0)
-    usual_deflection = State(1.0, size=MODES)
-    usual_deflection_rate = State(1.0, size=MODES)
-    base_acceleration_slope = State(0.0)
-    known_step = State(-1.0)  # the step that the responses belong to
-    transition = State(size=4)
-    impulse_response = State(size=MODES)  # of each mode over the step; see shaper_fmu/propagation.py
-    velocity_kept = State(size=MODES)
-    held_response = State(size=MODES)
-    ramp_response = State(size=MODES)
+    usual_base_position: Variable[float] = State(1.0)  # under 0.1 m/s2
+    usual_base_velocity: Variable[float] = State(1.0)
+    usual_deflection: Variable[list[float]] = State(1.0, size=MODES)
+    usual_deflection_rate: Variable[list[float]] = State(1.0, size=MODES)
+    base_acceleration_slope: Variable[float] = State(0.0)
+    known_step: Variable[float] = State(-1.0)  # the step that the responses belong to
+    transition: Variable[list[float]] = State(size=4)
+    impulse_response: Variable[list[float]] = State(size=MODES)  # of each mode over the step; see shaper_fmu/propagation.py
+    velocity_kept: Variable[list[float]] = State(size=MODES)
+    held_response: Variable[list[float]] = State(size=MODES)
+    ramp_response: Variable[list[float]] = State(size=MODES)
 
-    def start(self):
+    def start(self) -> int:
         ratio = self.tip_mass / self.beam_mass
         if not ratio <= 1e12:
             return TIP_TOO_HEAVY
@@ -96,7 +111,7 @@ class FlexibleBeam(Component):
         self.usual_base_position = self.usual_base_velocity / max(self.natural_frequency[0], SLOWEST)
         return 0
 
-    def step(self, t, h):
+    def step(self, t: float, h: float) -> int:
         if h > 0.0:
             if h != self.known_step:
                 self.known_step = h
@@ -122,7 +137,7 @@ class FlexibleBeam(Component):
         return 0
 
 
-def frequency_parameter(j, ratio):
+def frequency_parameter(j: int, ratio: float) -> float:
     """beta of mode j, counted from 0: w = beta^2 sqrt(EI / (m L^3)) with the beam's mass m; ratio is tip mass / m.
 
     It solves 1 + cos beta cosh beta - ratio beta (sin beta cosh beta - cos beta sinh beta) = 0, divided by cosh beta so that it
@@ -153,7 +168,7 @@ def frequency_parameter(j, ratio):
     return beta
 
 
-def participation_factor(beta, ratio):
+def participation_factor(beta: float, ratio: float) -> float:
     """Gamma = phi(L) (integral of phi dm + tip mass phi(L)) / (integral of phi^2 dm + tip mass phi(L)^2) of a mode shape phi.
 
     phi(x) = cosh k x - cos k x - gamma (sinh k x - sin k x), k = beta/L. The integrals are taken by the equation of the mode
@@ -171,13 +186,13 @@ def participation_factor(beta, ratio):
     return 8.0 * gamma / (beta * tip * (1.0 + ratio + 2.0 * ratio * beta * tip_slope))
 
 
-def hyperbolic(beta):
+def hyperbolic(beta: float) -> tuple[float, float]:
     """1 / cosh beta and tanh beta, for beta > 0, without overflow."""
     e = math.exp(-beta)
     return 2.0 * e / (1.0 + e * e), (1.0 - e * e) / (1.0 + e * e)
 
 
-def sine_difference(beta, sech, tanh):
+def sine_difference(beta: float, sech: float, tanh: float) -> float:
     """sin beta - cos beta tanh beta; for small beta, where that cancels, by the series of sin cosh - cos sinh."""
     if beta > 0.5:
         return math.sin(beta) - math.cos(beta) * tanh
@@ -186,7 +201,7 @@ def sine_difference(beta, sech, tanh):
     return sech * beta * beta * beta * series
 
 
-def find_responses(m, h):
+def find_responses(m: FlexibleBeam, h: float) -> None:
     """The moving modes' responses over a step h > 0."""
     for j in range(m.modes):
         oscillator_transition(m.transition, m.natural_frequency[j], m.modal_damping[j], h)
@@ -197,7 +212,7 @@ def find_responses(m, h):
         m.ramp_response[j] = ramp
 
 
-def advance_mode(m, j, push, rise):
+def advance_mode(m: FlexibleBeam, j: int, push: float, rise: float) -> None:
     """Advance a mode by the known step, for a base acceleration push + rise s."""
     w = m.natural_frequency[j]
     unbalanced = -m.participation[j] * push - w * w * m.modal_deflection[j]
@@ -207,7 +222,7 @@ def advance_mode(m, j, push, rise):
     m.modal_velocity[j] = m.velocity_kept[j] * speed + m.impulse_response[j] * unbalanced + m.held_response[j] * growing
 
 
-def modal_acceleration(m, j):
+def modal_acceleration(m: FlexibleBeam, j: int) -> float:
     """Acceleration of the tip against the base in a mode [m/s2]."""
     w = m.natural_frequency[j]
     restored = 2.0 * m.modal_damping[j] * w * m.modal_velocity[j] + w * w * m.modal_deflection[j]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
-from shaper_fmu.component import Calculated, Input, Local, Output, Parameter, State
+from shaper_fmu.component import Calculated, Input, Local, Output, Parameter, State, Variable
 from shaper_fmu.integration import Integrated, integrate
 from shaper_fmu.plants.servo_hydraulics import free_speed, makeup, port_flow, resting_pressure, resting_spool
+from shaper_fmu.variable import Array
 
 AT_THE_END = 1
 CAVITATION = 2
@@ -42,7 +44,7 @@ class HydraulicPendulum(Integrated):
     and of the supply pressure).
     """
 
-    messages = {
+    messages: ClassVar[dict[int, str]] = {
         AT_THE_END: "the piston ran into the end of its cylinder: slide_position = {slide_position} m, possible is "
         "half a stroke of {stroke} m either way; move less, or take a longer stroke",
         CAVITATION: "the oil cavitates: the pressure in a chamber fell to {lowest_pressure} Pa (absolute); "
@@ -52,9 +54,9 @@ class HydraulicPendulum(Integrated):
         BAD_RETURN: "return_pressure = {return_pressure} Pa must be less than supply_pressure = {supply_pressure} Pa",
         TOO_LONG: "a communication step of more than 1000 s is not possible; take shorter ones",
     }
-    default_stop_time = 5.0
-    default_step_size = 1e-3
-    continuous_states = (
+    default_stop_time: ClassVar[float] = 5.0
+    default_step_size: ClassVar[float] = 1e-3
+    continuous_states: ClassVar[tuple[str, ...] | None] = (
         "slide_position",
         "slide_velocity",
         "swing_angle",
@@ -64,42 +66,54 @@ class HydraulicPendulum(Integrated):
         "spool_position",
     )
 
-    reference_position = Input("m", "reference of the slide's position", slope="reference_slope")
-    rod_length = Parameter(0.485, "m", "length of the rod", min=0.0, exclusive=True, published=(1e-9, None))
-    rod_mass = Parameter(0.43, "kg", "mass of the rod", min=0.0, exclusive=True, published=(1e-9, None))
-    hinge_damping = Parameter(0.0297, "N.m.s/rad", "viscous damping of the hinge", min=0.0)
-    gravity = Parameter(9.81, "m/s2", "acceleration of gravity", min=0.0, exclusive=True, published=(1e-9, None))
-    slide_mass = Parameter(10.0, "kg", "mass of slide and piston", min=0.0, exclusive=True, published=(1e-9, None))
-    slide_damping = Parameter(300.0, "N.s/m", "viscous friction of slide and piston", min=0.0)
-    piston_area = Parameter(4.91e-4, "m2", "area A1 on the piston's side", min=0.0, exclusive=True, published=(1e-9, None))
-    annulus_area = Parameter(3.77e-4, "m2", "area A2 on the piston rod's side", min=0.0, exclusive=True, published=(1e-9, None))
-    stroke = Parameter(0.6, "m", "stroke of the cylinder", min=0.0, exclusive=True, published=(1e-9, None))
-    dead_volume = Parameter(
+    reference_position: Variable[float] = Input("m", "reference of the slide's position", slope="reference_slope")
+    rod_length: Variable[float] = Parameter(0.485, "m", "length of the rod", min=0.0, exclusive=True, published=(1e-9, None))
+    rod_mass: Variable[float] = Parameter(0.43, "kg", "mass of the rod", min=0.0, exclusive=True, published=(1e-9, None))
+    hinge_damping: Variable[float] = Parameter(0.0297, "N.m.s/rad", "viscous damping of the hinge", min=0.0)
+    gravity: Variable[float] = Parameter(9.81, "m/s2", "acceleration of gravity", min=0.0, exclusive=True, published=(1e-9, None))
+    slide_mass: Variable[float] = Parameter(10.0, "kg", "mass of slide and piston", min=0.0, exclusive=True, published=(1e-9, None))
+    slide_damping: Variable[float] = Parameter(300.0, "N.s/m", "viscous friction of slide and piston", min=0.0)
+    piston_area: Variable[float] = Parameter(
+        4.91e-4, "m2", "area A1 on the piston's side", min=0.0, exclusive=True, published=(1e-9, None)
+    )
+    annulus_area: Variable[float] = Parameter(
+        3.77e-4, "m2", "area A2 on the piston rod's side", min=0.0, exclusive=True, published=(1e-9, None)
+    )
+    stroke: Variable[float] = Parameter(0.6, "m", "stroke of the cylinder", min=0.0, exclusive=True, published=(1e-9, None))
+    dead_volume: Variable[float] = Parameter(
         3e-5, "m3", "oil in pipe and chamber at the end of the stroke, each side", min=0.0, exclusive=True, published=(1e-9, None)
     )
-    bulk_modulus = Parameter(1.4e9, "Pa", "effective bulk modulus of the oil", min=0.0, exclusive=True, published=(1e-9, None))
-    leakage = Parameter(1e-12, "m3/s/Pa", "laminar leakage past the piston", min=0.0)
-    makeup_conductance = Parameter(5e-9, "m3/s/Pa", "flow through a make-up valve per pressure difference, 0 for none", min=0.0)
-    supply_pressure = Parameter(1e7, "Pa", "supply pressure, absolute", min=0.0, exclusive=True, published=(1e6, None))
-    return_pressure = Parameter(3e5, "Pa", "return pressure, absolute", min=0.0)
-    rated_flow = Parameter(
+    bulk_modulus: Variable[float] = Parameter(
+        1.4e9, "Pa", "effective bulk modulus of the oil", min=0.0, exclusive=True, published=(1e-9, None)
+    )
+    leakage: Variable[float] = Parameter(1e-12, "m3/s/Pa", "laminar leakage past the piston", min=0.0)
+    makeup_conductance: Variable[float] = Parameter(
+        5e-9, "m3/s/Pa", "flow through a make-up valve per pressure difference, 0 for none", min=0.0
+    )
+    supply_pressure: Variable[float] = Parameter(
+        1e7, "Pa", "supply pressure, absolute", min=0.0, exclusive=True, published=(1e6, None)
+    )
+    return_pressure: Variable[float] = Parameter(3e5, "Pa", "return pressure, absolute", min=0.0)
+    rated_flow: Variable[float] = Parameter(
         3.2e-4, "m3/s", "flow of the fully open valve at 70 bar over both edges", min=0.0, exclusive=True, published=(1e-5, None)
     )
-    null_opening = Parameter(
+    null_opening: Variable[float] = Parameter(
         0.02, "", "opening of a port's two edges together at mid position", min=0.0, exclusive=True, published=(1e-9, None)
     )
-    valve_frequency = Parameter(
+    valve_frequency: Variable[float] = Parameter(
         600.0, "rad/s", "natural frequency of the spool's motion", min=0.0, exclusive=True, published=(1e-9, None)
     )
-    proportional_gain = Parameter(60.0, "1/m", "valve opening per position error", min=0.0)
-    natural_frequency = Calculated("rad/s", "frequency of small undamped swings under the fixed slide, sqrt(3 g / (2 l))")
-    damping_ratio = Calculated("", "damping ratio of these swings")
-    hydraulic_frequency = Calculated("rad/s", "frequency of slide and rod on the oil's springs at position 0")
-    extending_speed = Calculated("m/s", "speed of the unloaded slide at full opening, forwards")
-    retracting_speed = Calculated("m/s", "speed of the unloaded slide at full opening, backwards")
-    slide_position = Output("m", "position of the slide", depends=(), derivative="slide_velocity", nominal=0.01)
-    slide_velocity = Output("m/s", "speed of the slide", depends=(), derivative="slide_acceleration", nominal=0.1)
-    swing_angle = Output(
+    proportional_gain: Variable[float] = Parameter(60.0, "1/m", "valve opening per position error", min=0.0)
+    natural_frequency: Variable[float] = Calculated(
+        "rad/s", "frequency of small undamped swings under the fixed slide, sqrt(3 g / (2 l))"
+    )
+    damping_ratio: Variable[float] = Calculated("", "damping ratio of these swings")
+    hydraulic_frequency: Variable[float] = Calculated("rad/s", "frequency of slide and rod on the oil's springs at position 0")
+    extending_speed: Variable[float] = Calculated("m/s", "speed of the unloaded slide at full opening, forwards")
+    retracting_speed: Variable[float] = Calculated("m/s", "speed of the unloaded slide at full opening, backwards")
+    slide_position: Variable[float] = Output("m", "position of the slide", depends=(), derivative="slide_velocity", nominal=0.01)
+    slide_velocity: Variable[float] = Output("m/s", "speed of the slide", depends=(), derivative="slide_acceleration", nominal=0.1)
+    swing_angle: Variable[float] = Output(
         "rad",
         "swing angle, positive when the rod's tip is ahead of the slide",
         depends=(),
@@ -107,30 +121,32 @@ class HydraulicPendulum(Integrated):
         derivative="swing_rate",
         nominal=0.01,
     )
-    swing_rate = Output(
+    swing_rate: Variable[float] = Output(
         "rad/s", "rate of the swing angle", depends=(), display_unit="deg/s", derivative="swing_acceleration", nominal=0.1
     )
-    tip_position = Output("m", "horizontal position of the rod's tip", depends=())
-    pressure = Output("Pa", "pressures on the piston's and on the rod's side", size=2, depends=())
-    relative_pressure = Local(
+    tip_position: Variable[float] = Output("m", "horizontal position of the rod's tip", depends=())
+    pressure: Variable[list[float]] = Output("Pa", "pressures on the piston's and on the rod's side", size=2, depends=())
+    relative_pressure: Variable[list[float]] = Local(
         "", "pressures as shares of the supply pressure", size=2, derivative="relative_pressure_rate", nominal=0.1
     )
-    pilot_position = Local(
+    pilot_position: Variable[float] = Local(
         "", "first lag of the spool, share of the full displacement", derivative="pilot_rate", nominal="null_opening"
     )
-    spool_position = Local("", "spool displacement, share of the full one", derivative="spool_rate", nominal="null_opening")
-    slide_acceleration = Local("m/s2", "acceleration of the slide")
-    swing_acceleration = Local("rad/s2", "acceleration of the swing angle")
-    relative_pressure_rate = Local("1/s", "rates of the relative pressures", size=2)
-    pilot_rate = Local("1/s", "rate of the first lag")
-    spool_rate = Local("1/s", "rate of the spool displacement")
+    spool_position: Variable[float] = Local(
+        "", "spool displacement, share of the full one", derivative="spool_rate", nominal="null_opening"
+    )
+    slide_acceleration: Variable[float] = Local("m/s2", "acceleration of the slide")
+    swing_acceleration: Variable[float] = Local("rad/s2", "acceleration of the swing angle")
+    relative_pressure_rate: Variable[list[float]] = Local("1/s", "rates of the relative pressures", size=2)
+    pilot_rate: Variable[float] = Local("1/s", "rate of the first lag")
+    spool_rate: Variable[float] = Local("1/s", "rate of the spool displacement")
 
-    reference_slope = State(0.0)
-    trim = State(0.0)
-    edge_flow = State(0.0)  # of a fully open edge at the whole supply pressure [m3/s]
-    lowest_pressure = State(0.0)
+    reference_slope: Variable[float] = State(0.0)
+    trim: Variable[float] = State(0.0)
+    edge_flow: Variable[float] = State(0.0)  # of a fully open edge at the whole supply pressure [m3/s]
+    lowest_pressure: Variable[float] = State(0.0)
 
-    def start(self):
+    def start(self) -> int:
         if self.return_pressure >= self.supply_pressure:
             return BAD_RETURN
         start_pendulum(self)
@@ -139,7 +155,7 @@ class HydraulicPendulum(Integrated):
             return TOO_LEAKY
         return 0
 
-    def step(self, t, h):
+    def step(self, t: float, h: float) -> int:
         if h > LONGEST_STEP:
             return TOO_LONG
         if h > 0.0:
@@ -162,14 +178,14 @@ class HydraulicPendulum(Integrated):
         return 0
 
 
-def start_pendulum(m):
+def start_pendulum(m: HydraulicPendulum) -> None:
     """Frequency and damping ratio of the rod under the fixed slide."""
     inertia = m.rod_mass * m.rod_length * m.rod_length / 3.0
     m.natural_frequency = math.sqrt(1.5 * m.gravity / m.rod_length)
     m.damping_ratio = 0.5 * m.hinge_damping / (inertia * m.natural_frequency)
 
 
-def start_hydraulics(m):
+def start_hydraulics(m: HydraulicPendulum) -> None:
     """The state of rest, and what it says about the drive."""
     back = m.return_pressure / m.supply_pressure
     m.edge_flow = m.rated_flow * math.sqrt(m.supply_pressure / RATED_DROP)
@@ -189,7 +205,7 @@ def start_hydraulics(m):
     m.hydraulic_frequency = math.sqrt(m.bulk_modulus * oil / (m.slide_mass + 0.25 * m.rod_mass))
 
 
-def advance(m, h):
+def advance(m: HydraulicPendulum, h: float) -> int:
     """Integrate over h; returns 0 or a status."""
     gather(m)
     status = integrate(m, derivatives, 8, h)
@@ -212,7 +228,7 @@ def advance(m, h):
     return 0
 
 
-def gather(m):
+def gather(m: HydraulicPendulum) -> None:
     """The states, pressures in units of the supply pressure, for the integration."""
     m.x[0] = m.slide_position
     m.x[1] = m.slide_velocity
@@ -224,7 +240,7 @@ def gather(m):
     m.x[7] = m.spool_position
 
 
-def derivatives(m, s, x, slope):
+def derivatives(m: HydraulicPendulum, s: float, x: Array, slope: Array) -> None:
     """Slopes of the states, s after the start of the step."""
     slope[0] = x[1]
     slope[2] = x[3]
@@ -235,7 +251,7 @@ def derivatives(m, s, x, slope):
     slope[7] = m.valve_frequency * (x[6] - x[7])
 
 
-def write_motion(m, x, slope):
+def write_motion(m: HydraulicPendulum, x: Array, slope: Array) -> None:
     """Accelerations of slide and rod, from the coupled equations of motion."""
     cosine = math.cos(x[2])
     sine = math.sin(x[2])
@@ -251,7 +267,7 @@ def write_motion(m, x, slope):
     slope[3] = (mass * torque - coupling * force) / determinant
 
 
-def write_pressures(m, x, slope):
+def write_pressures(m: HydraulicPendulum, x: Array, slope: Array) -> None:
     """Rates of the pressures, in supply pressures per second."""
     back = m.return_pressure / m.supply_pressure
     leak = m.leakage * m.supply_pressure * (x[4] - x[5])

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
-from shaper_fmu.component import Calculated, Input, Local, Output, Parameter, State
+from shaper_fmu.component import Calculated, Input, Local, Output, Parameter, State, Variable
 from shaper_fmu.integration import Integrated, integrate
+from shaper_fmu.variable import Array
 
 ROPE_SPENT = 1
 
@@ -18,19 +20,31 @@ class OverheadCrane(Integrated):
     and the rope follow held inputs exactly; the swing is integrated with a local error below 1e-10 (rad, rad/s).
     """
 
-    messages = {ROPE_SPENT: "hoisting at {hoist_speed} m/s leaves no rope (rope length {rope_length} m)"}
-    default_stop_time = 30.0
-    continuous_states = ("trolley_position", "trolley_speed", "rope_length", "swing_angle", "swing_rate")
+    messages: ClassVar[dict[int, str]] = {ROPE_SPENT: "hoisting at {hoist_speed} m/s leaves no rope (rope length {rope_length} m)"}
+    default_stop_time: ClassVar[float] = 30.0
+    continuous_states: ClassVar[tuple[str, ...] | None] = (
+        "trolley_position",
+        "trolley_speed",
+        "rope_length",
+        "swing_angle",
+        "swing_rate",
+    )
 
-    trolley_acceleration = Input("m/s2", "acceleration of the trolley")
-    hoist_speed = Input("m/s", "speed at which the load is hoisted: the rope shortens")
-    initial_rope_length = Parameter(5.0, "m", "rope length at the start", min=0.0, exclusive=True, published=(1e-9, None))
-    damping_ratio = Parameter(0.0, "", "damping ratio of small swings at the initial rope length", min=0.0)
-    gravity = Parameter(9.81, "m/s2", "acceleration of gravity", min=0.0, exclusive=True, published=(1e-9, None))
-    natural_frequency = Calculated("rad/s", "frequency of small undamped swings at the initial rope length, sqrt(g/l0)")
-    trolley_position = Output("m", "position of the trolley", depends=(), derivative="trolley_speed", nominal="usual_position")
-    rope_length = Output("m", "rope length", depends=(), derivative="rope_speed", nominal="initial_rope_length")
-    swing_angle = Output(
+    trolley_acceleration: Variable[float] = Input("m/s2", "acceleration of the trolley")
+    hoist_speed: Variable[float] = Input("m/s", "speed at which the load is hoisted: the rope shortens")
+    initial_rope_length: Variable[float] = Parameter(
+        5.0, "m", "rope length at the start", min=0.0, exclusive=True, published=(1e-9, None)
+    )
+    damping_ratio: Variable[float] = Parameter(0.0, "", "damping ratio of small swings at the initial rope length", min=0.0)
+    gravity: Variable[float] = Parameter(9.81, "m/s2", "acceleration of gravity", min=0.0, exclusive=True, published=(1e-9, None))
+    natural_frequency: Variable[float] = Calculated(
+        "rad/s", "frequency of small undamped swings at the initial rope length, sqrt(g/l0)"
+    )
+    trolley_position: Variable[float] = Output(
+        "m", "position of the trolley", depends=(), derivative="trolley_speed", nominal="usual_position"
+    )
+    rope_length: Variable[float] = Output("m", "rope length", depends=(), derivative="rope_speed", nominal="initial_rope_length")
+    swing_angle: Variable[float] = Output(
         "rad",
         "swing angle, positive when the load is ahead of the trolley",
         depends=(),
@@ -38,7 +52,7 @@ class OverheadCrane(Integrated):
         derivative="swing_rate",
         nominal="usual_angle",
     )
-    swing_rate = Output(
+    swing_rate: Variable[float] = Output(
         "rad/s",
         "rate of the swing angle",
         depends=(),
@@ -46,18 +60,18 @@ class OverheadCrane(Integrated):
         derivative="swing_acceleration",
         nominal="usual_rate",
     )
-    load_position = Output("m", "horizontal position of the load", depends=())
-    trolley_speed = Local("m/s", "speed of the trolley", derivative="trolley_speed_rate", nominal="usual_speed")
-    trolley_speed_rate = Local("m/s2", "acceleration of the trolley")
-    rope_speed = Local("m/s", "speed at which the rope gets longer")
-    swing_acceleration = Local("rad/s2", "acceleration of the swing angle")
+    load_position: Variable[float] = Output("m", "horizontal position of the load", depends=())
+    trolley_speed: Variable[float] = Local("m/s", "speed of the trolley", derivative="trolley_speed_rate", nominal="usual_speed")
+    trolley_speed_rate: Variable[float] = Local("m/s2", "acceleration of the trolley")
+    rope_speed: Variable[float] = Local("m/s", "speed at which the rope gets longer")
+    swing_acceleration: Variable[float] = Local("rad/s2", "acceleration of the swing angle")
 
-    usual_position = State(1.0)  # under 0.1 m/s2
-    usual_speed = State(1.0)
-    usual_angle = State(1.0)
-    usual_rate = State(1.0)
+    usual_position: Variable[float] = State(1.0)  # under 0.1 m/s2
+    usual_speed: Variable[float] = State(1.0)
+    usual_angle: Variable[float] = State(1.0)
+    usual_rate: Variable[float] = State(1.0)
 
-    def start(self):
+    def start(self) -> None:
         self.natural_frequency = math.sqrt(self.gravity / self.initial_rope_length)
         self.usual_position = 0.1 * self.initial_rope_length / self.gravity
         self.usual_angle = 0.1 / self.gravity
@@ -65,7 +79,7 @@ class OverheadCrane(Integrated):
         self.usual_speed = self.usual_rate * self.initial_rope_length
         self.rope_length = self.initial_rope_length
 
-    def step(self, t, h):
+    def step(self, t: float, h: float) -> int:
         if h > 0.0:
             if self.rope_length - self.hoist_speed * h <= 0.0:
                 return ROPE_SPENT
@@ -86,13 +100,13 @@ class OverheadCrane(Integrated):
         return 0
 
 
-def swing_derivatives(m, s, x, slope):
+def swing_derivatives(m: OverheadCrane, s: float, x: Array, slope: Array) -> None:
     """Slopes of swing angle and rate, s after the start of the step."""
     slope[0] = x[1]
     slope[1] = swing_acceleration(m, s, x[0], x[1])
 
 
-def swing_acceleration(m, s, angle, rate):
+def swing_acceleration(m: OverheadCrane, s: float, angle: float, rate: float) -> float:
     """Acceleration of the swing angle [rad/s2], s after the time of m.rope_length."""
     length = m.rope_length - m.hoist_speed * s
     return (

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
-from shaper_fmu.component import Calculated, Component, Input, Local, Output, Parameter, State
+from shaper_fmu.component import Calculated, Component, Input, Local, Output, Parameter, State, Variable
 from shaper_fmu.matrix_exponential import phi_functions, power_of_two
 from shaper_fmu.quartic import quadratic_factors
 
@@ -30,45 +31,53 @@ class ThreeMassChain(Component):
     it; of four real poles the outer two and the inner two are a pair.
     """
 
-    messages = {
+    messages: ClassVar[dict[int, str]] = {
         TOO_FAST: "the step is more than 1e11 times as long as the chain's fastest time constant; use shorter steps, a softer "
         "or a heavier chain"
     }
-    continuous_states = ("position", "velocity")
+    continuous_states: ClassVar[tuple[str, ...] | None] = ("position", "velocity")
 
-    force = Input("N", "force on mass 1", slope="force_slope")
-    disturbance = Input("N", "further force on each mass", size=MASSES)
-    mass = Parameter([15.0, 8.0, 10.0], "kg", "moving masses", size=MASSES, min=0.0, exclusive=True, published=(1e-12, None))
-    stiffness = Parameter(
+    force: Variable[float] = Input("N", "force on mass 1", slope="force_slope")
+    disturbance: Variable[list[float]] = Input("N", "further force on each mass", size=MASSES)
+    mass: Variable[list[float]] = Parameter(
+        [15.0, 8.0, 10.0], "kg", "moving masses", size=MASSES, min=0.0, exclusive=True, published=(1e-12, None)
+    )
+    stiffness: Variable[list[float]] = Parameter(
         [400.0, 120.0], "N/m", "stiffness of the springs 1-2 and 2-3", size=SPRINGS, min=0.0, exclusive=True, published=(1e-9, None)
     )
-    damping = Parameter([20.0, 6.0], "N.s/m", "viscous damping beside each spring", size=SPRINGS, min=0.0)
-    natural_frequency = Calculated("rad/s", "natural frequencies of the two flexible modes, the lower one first", size=SPRINGS)
-    damping_ratio = Calculated("", "damping ratios of the two flexible modes", size=SPRINGS)
-    position = Output("m", "displacement of each mass", size=MASSES, depends=(), derivative="velocity", nominal="usual_position")
-    velocity = Output("m/s", "speed of each mass", size=MASSES, depends=(), derivative="acceleration", nominal="usual_velocity")
-    acceleration = Local("m/s2", "acceleration of each mass", size=MASSES, depends=("force", "disturbance"))
+    damping: Variable[list[float]] = Parameter([20.0, 6.0], "N.s/m", "viscous damping beside each spring", size=SPRINGS, min=0.0)
+    natural_frequency: Variable[list[float]] = Calculated(
+        "rad/s", "natural frequencies of the two flexible modes, the lower one first", size=SPRINGS
+    )
+    damping_ratio: Variable[list[float]] = Calculated("", "damping ratios of the two flexible modes", size=SPRINGS)
+    position: Variable[list[float]] = Output(
+        "m", "displacement of each mass", size=MASSES, depends=(), derivative="velocity", nominal="usual_position"
+    )
+    velocity: Variable[list[float]] = Output(
+        "m/s", "speed of each mass", size=MASSES, depends=(), derivative="acceleration", nominal="usual_velocity"
+    )
+    acceleration: Variable[list[float]] = Local("m/s2", "acceleration of each mass", size=MASSES, depends=("force", "disturbance"))
 
-    usual_position = State(1.0, size=MASSES)  # the elongation of the stiffer spring under 1 N
-    usual_velocity = State(1.0, size=MASSES)
-    force_slope = State(0.0)
-    known_step = State(-1.0)  # the step that the matrices belong to
-    speed_scale = State(1.0)  # a power of two that divides the speeds, so that the matrix has the least norm
-    transition = State(size=SQUARE)
-    held = State(size=SQUARE)
-    ramp = State(size=SQUARE)
-    system = State(size=SQUARE)
-    work = State(size=SQUARE)
-    relative = State(size=STATES)  # elongations, and their rates divided by speed_scale
+    usual_position: Variable[list[float]] = State(1.0, size=MASSES)  # the elongation of the stiffer spring under 1 N
+    usual_velocity: Variable[list[float]] = State(1.0, size=MASSES)
+    force_slope: Variable[float] = State(0.0)
+    known_step: Variable[float] = State(-1.0)  # the step that the matrices belong to
+    speed_scale: Variable[float] = State(1.0)  # a power of two that divides the speeds, so that the matrix has the least norm
+    transition: Variable[list[float]] = State(size=SQUARE)
+    held: Variable[list[float]] = State(size=SQUARE)
+    ramp: Variable[list[float]] = State(size=SQUARE)
+    system: Variable[list[float]] = State(size=SQUARE)
+    work: Variable[list[float]] = State(size=SQUARE)
+    relative: Variable[list[float]] = State(size=STATES)  # elongations, and their rates divided by speed_scale
 
-    def start(self):
+    def start(self) -> None:
         find_modes(self)
         stiffest = max(self.stiffness[0], self.stiffness[1])
         for i in range(MASSES):
             self.usual_position[i] = 1.0 / stiffest
             self.usual_velocity[i] = self.natural_frequency[0] / stiffest
 
-    def step(self, t, h):
+    def step(self, t: float, h: float) -> int:
         if h > 0.0:
             if h != self.known_step:
                 self.known_step = -1.0
@@ -80,7 +89,7 @@ class ThreeMassChain(Component):
         return 0
 
 
-def find_modes(m):
+def find_modes(m: ThreeMassChain) -> None:
     """natural_frequency and damping_ratio, from the characteristic polynomial of the elongations."""
     first = 1.0 / m.mass[0] + 1.0 / m.mass[1]
     second = 1.0 / m.mass[1] + 1.0 / m.mass[2]
@@ -95,7 +104,7 @@ def find_modes(m):
     m.damping_ratio[1] = 0.5 * p2 / m.natural_frequency[1]
 
 
-def prepare(m, h):
+def prepare(m: ThreeMassChain, h: float) -> int:
     """The matrices of the relative motion over a step of h, for [q, q' / speed_scale]; returns whether there are any."""
     first = 1.0 / m.mass[0] + 1.0 / m.mass[1]
     second = 1.0 / m.mass[1] + 1.0 / m.mass[2]
@@ -116,7 +125,7 @@ def prepare(m, h):
     return phi_functions(m.system, STATES, m.transition, m.held, m.ramp, m.work) >= 0
 
 
-def propagate(m, h):
+def propagate(m: ThreeMassChain, h: float) -> None:
     """Positions, velocities and force at the end of the step of h, from those at its start."""
     m1, m2, m3 = m.mass[0], m.mass[1], m.mass[2]
     total = m1 + m2 + m3
@@ -139,7 +148,7 @@ def propagate(m, h):
     m.force += m.force_slope * h
 
 
-def stretch(m, h):
+def stretch(m: ThreeMassChain, h: float) -> None:
     """Elongations and their scaled rates at the end of the step, into m.relative."""
     q1 = m.position[1] - m.position[0]
     q2 = m.position[2] - m.position[1]
@@ -155,7 +164,7 @@ def stretch(m, h):
         m.relative[i] = free + m.held[k + 2] * drive1 + m.held[k + 3] * drive2 + m.ramp[k + 2] * drive_slope
 
 
-def accelerations(m):
+def accelerations(m: ThreeMassChain) -> None:
     """The accelerations at the present positions, velocities and forces."""
     pull1 = m.stiffness[0] * (m.position[1] - m.position[0]) + m.damping[0] * (m.velocity[1] - m.velocity[0])
     pull2 = m.stiffness[1] * (m.position[2] - m.position[1]) + m.damping[1] * (m.velocity[2] - m.velocity[1])

@@ -16,35 +16,35 @@ value of a variable.
 For model exchange a component tells its `continuous_states`, each a variable with a `derivative`; a step of length zero
 then computes outputs and derivatives from them. Components with time events alone give an empty tuple, and `sampled`
 where their inputs act only at communication points and events. A State `next_kink_time` tells solvers where an output's
-derivative jumps, though the output does not. This module uses the standard library alone, because
-every exported FMU carries it.
+derivative jumps, though the output does not. How variables are declared is in `shaper_fmu.variable`. Both modules use the
+standard library alone, because every exported FMU carries them.
 """
 
 from __future__ import annotations
 
-import copy
 import enum
 import hashlib
 import math
 import re
 import struct
-import sys
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from collections.abc import Callable, Iterator
+from typing import Any, ClassVar
 
 from shaper_fmu.errors import ArgumentError, ComponentError, nearest
+from shaper_fmu.variable import Calculated as Calculated
+from shaper_fmu.variable import Input as Input
+from shaper_fmu.variable import Local as Local
+from shaper_fmu.variable import Output as Output
+from shaper_fmu.variable import Parameter as Parameter
+from shaper_fmu.variable import Scalar as Scalar
+from shaper_fmu.variable import State as State
+from shaper_fmu.variable import Variable as Variable
 
 NO_EVENT = 1e300
 """Value of `next_event_time` when nothing is pending [s]."""
 
 MEAN = "mean of `{}` over the last step, for masters that hold inputs; in model exchange, between the last two events"
 """Description of an output that is another one's mean."""
-
-MOST_ELEMENTS = 65535
-"""Elements of an array; the exported C code counts them in 16 bits."""
-
-Scalar = float | int | bool
-Exclusive = bool | Literal["min", "max"]
 
 
 def time_rounding(t: float, h: float) -> float:
@@ -61,199 +61,21 @@ def time_tolerance(m: Component, t: float, h: float) -> float:
     return -time_rounding(t, h) if m.left_limits else time_rounding(t, h)
 
 
-class Variable:
-    """One declared variable of a component: a scalar, or an array of `size` elements (named x[1] .. x[size] in FMI 2)."""
-
-    def __init__(
-        self,
-        causality: str,
-        start: Any,
-        unit: str,
-        description: str,
-        *,
-        kind: type | None = None,
-        size: int | None = None,
-        min: float | None = None,
-        max: float | None = None,
-        exclusive: Exclusive = False,
-        published: tuple[float | None, float | None] | None = None,
-        tunable: bool = False,
-        display_unit: str = "",
-        depends: tuple[str, ...] | None = None,
-        derivative: str = "",
-        slope: str = "",
-        nominal: float | str | None = None,
-    ):
-        self.name = ""
-        self.causality, self.unit, self.description = causality, unit, description
-        self.size, self.min, self.max, self.exclusive, self.published = size, min, max, exclusive, published
-        self.tunable, self.display_unit, self.depends = tunable, display_unit, depends
-        self.derivative, self.slope, self.nominal = derivative, slope, nominal
-        first = start[0] if isinstance(start, list | tuple) and start else start
-        if kind is not None and not isinstance(kind, type):
-            raise ComponentError(f"{description!r}: kind = {kind!r} must be float, int, bool or an IntEnum")
-        self.kind: type = kind or (type(first) if isinstance(first, enum.IntEnum | bool | int) else float)
-        if size is not None and (type(size) is not int or not 1 <= size <= MOST_ELEMENTS):
-            raise ComponentError(
-                f"{description!r}: size = {size!r} must be a whole number from 1 to {MOST_ELEMENTS}; None is a scalar"
-            )
-        given = list(start) if isinstance(start, list | tuple) else [start] * (size or 1)
-        if len(given) != (size or 1):
-            raise ComponentError(f"{description!r}: {len(given)} start values for {size or 1} elements")
-        self.starts = [self._started(value) for value in given]
-
-    def _started(self, value: Any) -> Any:
-        """A start value in the variable's type, if it has that type."""
-        try:
-            converted = self.kind(value)
-            if not isinstance(value, str | bytes) and (self.kind is float or converted == value):
-                return converted
-        except (TypeError, ValueError, OverflowError):
-            pass
-        name = getattr(self.kind, "__name__", self.kind)
-        raise ComponentError(f"{self.name or self.description!r}: the start value {value!r:.60} is not of type {name}")
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
-
-    if TYPE_CHECKING:  # seen through an instance, a variable is its value
-
-        def __get__(self, instance: object, owner: type) -> Any: ...
-        def __set__(self, instance: object, value: Any) -> None: ...
-
-    @property
-    def start(self) -> Any:
-        """A fresh start value: a scalar, or a list for an array."""
-        return self.starts[0] if self.size is None else list(self.starts)
-
-    def starting_at(self, start: Any) -> Variable:
-        """The same variable with another start value (of an array, all of them), for a subclass of its component."""
-        other = copy.copy(self)
-        other.starts = [self._started(value) for value in ([start] if self.size is None else start)]
-        if len(other.starts) != len(self.starts):
-            raise ComponentError(f"{self.name}: {len(other.starts)} start values for {len(self.starts)} elements")
-        return other
-
-    def hidden(self) -> Variable:
-        """The same result as a field of the record that the FMU does not show, for a subclass of its component."""
-        other = copy.copy(self)
-        other.causality = "state"
-        return other
-
-    @property
-    def published_bounds(self) -> dict[str, Scalar]:
-        """Bounds as FMI has them, which belong to the domain: the `published` ones, where they are told; for an excluded one the
-        next number; at zero the smallest that is normal, since some readers of XML refuse smaller ones."""
-        if self.published is not None:
-            told = zip(("min", "max"), self.published, strict=True)
-            return {side: self.kind(bound) for side, bound in told if bound is not None}
-        bounds: dict[str, Scalar] = {}
-        for side, bound, inwards in (("min", self.min, 1), ("max", self.max, -1)):
-            if bound is None:
-                continue
-            if self.exclusive not in (True, side):
-                bounds[side] = self.kind(bound)
-            elif self.kind is int:
-                bounds[side] = int(bound) + inwards
-            else:
-                bounds[side] = inwards * sys.float_info.min if bound == 0.0 else math.nextafter(bound, inwards * math.inf)
-        return bounds
-
-    @property
-    def scalar_names(self) -> list[str]:
-        """The FMI 2 names: the name itself, or name[1] .. name[size]."""
-        return [self.name] if self.size is None else [f"{self.name}[{i + 1}]" for i in range(self.size)]
-
-    @property
-    def code(self) -> str:
-        """Format of one element in the record: a C double or a C int."""
-        return "d" if self.kind is float else "i"
-
-    @property
-    def domain(self) -> str:
-        """The values that it may have: "> 0", "0 <= . < 1", or the items of an enumeration; empty for all of them."""
-        if issubclass(self.kind, enum.IntEnum):
-            return ", ".join(f"{item.name} = {item.value}" for item in self.kind)
-        low, high = ("<" if self.exclusive in (True, side) else "<=" for side in ("min", "max"))
-        if self.min is not None and self.max is not None:
-            return f"{self.min:g} {low} . {high} {self.max:g}"
-        if self.min is not None:
-            return f"{low.replace('<', '>')} {self.min:g}"
-        return f"{high} {self.max:g}" if self.max is not None else ""
-
-    def problem(self, label: str, value: Scalar) -> str | None:
-        """The reason why `value` is invalid for the element named `label`, or None."""
-        unit = f" {self.unit}" if self.unit else ""
-        if issubclass(self.kind, enum.IntEnum):
-            if value not in self.kind._value2member_map_:
-                options = ", ".join(f"{item.name} ({item.value})" for item in self.kind)
-                return f"{label} = {value} is not one of {options}"
-            return None
-        if not math.isfinite(value):
-            return f"{label} is {value}; it must be a finite number"
-        if self.min is not None:
-            if self.exclusive in (True, "min") and not value > self.min:
-                return f"{label} = {value:.15g}{unit} must be greater than {self.min:g}{unit}"
-            if not value >= self.min:
-                return f"{label} = {value:.15g}{unit} must be at least {self.min:g}{unit}"
-        if self.max is not None:
-            if self.exclusive in (True, "max") and not value < self.max:
-                return f"{label} = {value:.15g}{unit} must be less than {self.max:g}{unit}"
-            if not value <= self.max:
-                return f"{label} = {value:.15g}{unit} must be at most {self.max:g}{unit}"
-        return None
-
-
-def Input(unit: str, description: str, start: Any = 0.0, **options: Any) -> Variable:
-    """An input, held over a step. `slope` names the State that is its time derivative over the step, for kernels that are exact
-    for inputs linear over the step, and that advance the input to the step's end. Options: kind, size."""
-    return Variable("input", start, unit, description, **options)
-
-
-def Output(unit: str, description: str, start: Any = 0.0, **options: Any) -> Variable:
-    """An output. `depends` names the inputs that act on it without delay (default: all), `derivative` the variable that is
-    its time derivative. `nominal` is its usual size, which solvers scale their tolerances by: a number, or the name of a
-    variable of the same size that `start` computes. Options: kind, size, display_unit."""
-    return Variable("output", start, unit, description, **options)
-
-
-def Local(unit: str, description: str, start: Any = 0.0, **options: Any) -> Variable:
-    """A variable to look at, not to connect: such as a state that is not an output, or its derivative. Options as of Output."""
-    return Variable("local", start, unit, description, **options)
-
-
-def Parameter(start: Any, unit: str, description: str, **options: Any) -> Variable:
-    """A parameter with its start value and domain. `published` are the bounds (min, max) that the FMU tells in place of the
-    domain's, None for none: numbers that it runs at, where the domain ends at one that it does not run at, such as a mass of 0.
-    Options: kind, size, min, max, exclusive, published, tunable, display_unit."""
-    return Variable("parameter", start, unit, description, **options)
-
-
-def Calculated(unit: str, description: str, start: Any = 0.0, **options: Any) -> Variable:
-    """A parameter that `start` computes from the others. Options: kind, size."""
-    return Variable("calculatedParameter", start, unit, description, **options)
-
-
-def State(start: Any = 0.0, **options: Any) -> Variable:
-    """A field of the record that is not seen from outside, but saved with the FMU state. Options: kind, size."""
-    return Variable("state", start, "", "internal state", **options)
-
-
 _ELEMENT = re.compile(r"(.+)\[(\d+)\]$")
 
 
 class Component:
     """Base of all components; see the module's text. The keyword arguments are start values of inputs and parameters."""
 
-    left_limits = State(False)
-    variables: ClassVar[dict[str, Variable]] = {"left_limits": left_limits}
+    left_limits: Variable[bool] = State(False)
+    variables: ClassVar[dict[str, Variable[Any]]] = {"left_limits": left_limits}
     messages: ClassVar[dict[int, str]] = {}
     continuous_states: ClassVar[tuple[str, ...] | None] = None
     sampled: ClassVar[bool] = False
     default_stop_time: ClassVar[float] = 10.0
     default_step_size: ClassVar[float] = 0.01
     default_tolerance: ClassVar[float] = 1e-6
-    _real_results: ClassVar[list[Variable]]
+    _real_results: ClassVar[list[Variable[Any]]]
     _slopes: ClassVar[frozenset[str]]
     _layout: ClassVar[struct.Struct]
     _digest: ClassVar[bytes]
@@ -309,7 +131,7 @@ class Component:
         for i, element in enumerate(values):
             getattr(self, variable.name)[offset + i] = self._converted(variable, element)
 
-    def _converted(self, variable: Variable, value: Any) -> Scalar:
+    def _converted(self, variable: Variable[Any], value: Any) -> Scalar:
         kind = variable.kind
         if isinstance(value, str) and issubclass(kind, enum.IntEnum):
             if value not in kind.__members__:
@@ -353,11 +175,11 @@ class Component:
                     if problem:
                         raise ArgumentError(f"{type(self).__name__}: {variable.causality} {problem}{when}")
 
-    def _elements(self, variable: Variable) -> list[Any]:
+    def _elements(self, variable: Variable[Any]) -> list[Any]:
         value = getattr(self, variable.name)
         return [value] if variable.size is None else value
 
-    def _run(self, time: float, kernel: Any, *arguments: float) -> None:
+    def _run(self, time: float, kernel: Callable[..., int | None], *arguments: float) -> None:
         try:
             status = kernel(*arguments)
         except (ArithmeticError, ValueError) as error:  # math says "domain error" where C gives NaN

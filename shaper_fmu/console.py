@@ -39,8 +39,8 @@ class PlainConsole(Console):
         super().print(*objects, **settings)
 
 
-out = PlainConsole()
-err = PlainConsole(stderr=True)
+out: PlainConsole = PlainConsole()
+err: PlainConsole = PlainConsole(stderr=True)
 
 
 def show(table: Table, lines: bool = False, styles: Mapping[str, str] | None = None) -> None:

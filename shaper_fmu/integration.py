@@ -5,8 +5,15 @@ Dormand and Prince 1980: the pair of orders 5 and 4, advanced with the fifth ord
 
 from __future__ import annotations
 
-from shaper_fmu.component import Component, State
+from collections.abc import Callable
+from typing import ClassVar, TypeVar
 
+from shaper_fmu.component import Component, State, Variable
+from shaper_fmu.variable import Array
+
+Plant = TypeVar("Plant", bound="Integrated")
+Derivatives = Callable[[Plant, float, Array, Array], None]
+"""derivatives(m, s, x, slope): writes the slopes of the states x at s [s] after the start of the step into slope."""
 STATES = 8
 STAGES = 7
 TOLERANCE = 1e-10
@@ -20,16 +27,18 @@ _MOST_SUBSTEPS = 1_000_000
 class Integrated(Component):
     """A component with up to 8 continuous states x[0] .. x[STATES - 1], integrated by `integrate`."""
 
-    messages = {INTEGRATION_FAILED: "the equations cannot be integrated to the tolerance 1e-10; check the inputs and parameters"}
+    messages: ClassVar[dict[int, str]] = {
+        INTEGRATION_FAILED: "the equations cannot be integrated to the tolerance 1e-10; check the inputs and parameters"
+    }
 
-    x = State(size=STATES)
-    x_stage = State(size=STATES)
-    slope = State(size=STATES)
-    slopes = State(size=STATES * STAGES)
-    substep = State(0.0)  # kept over the steps, as the first guess
+    x: Variable[list[float]] = State(size=STATES)
+    x_stage: Variable[list[float]] = State(size=STATES)
+    slope: Variable[list[float]] = State(size=STATES)
+    slopes: Variable[list[float]] = State(size=STATES * STAGES)
+    substep: Variable[float] = State(0.0)  # kept over the steps, as the first guess
 
 
-def integrate(m, derivatives, states, h):
+def integrate(m: Plant, derivatives: Derivatives[Plant], states: int, h: float) -> int:
     """Advance the first `states` of m.x by h > 0; `derivatives(m, s, x, slope)` writes the slopes at s in [0, h].
 
     Returns 0, or INTEGRATION_FAILED.
@@ -57,14 +66,14 @@ def integrate(m, derivatives, states, h):
     return INTEGRATION_FAILED
 
 
-def _growth(error):
+def _growth(error: float) -> float:
     """Factor on the step for the next trial, from the error relative to the tolerance."""
     if error <= 1e-5:
         return 5.0
     return max(0.2, min(5.0, 0.9 * error ** (-0.2)))
 
 
-def _trial_step(m, derivatives, states, s, h):
+def _trial_step(m: Plant, derivatives: Derivatives[Plant], states: int, s: float, h: float) -> float:
     """One step of the pair from m.x; the result of order 5 in m.x_stage; returns the error relative to the tolerance."""
     _stage(m, derivatives, states, 0, s, h, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     _stage(m, derivatives, states, 1, s + h / 5, h, 1 / 5, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -87,7 +96,20 @@ def _trial_step(m, derivatives, states, s, h):
     return largest
 
 
-def _stage(m, derivatives, states, number, s, h, a0, a1, a2, a3, a4, a5):
+def _stage(
+    m: Plant,
+    derivatives: Derivatives[Plant],
+    states: int,
+    number: int,
+    s: float,
+    h: float,
+    a0: float,
+    a1: float,
+    a2: float,
+    a3: float,
+    a4: float,
+    a5: float,
+) -> None:
     """The state of this stage from the slopes before it, into m.x_stage, and its slope."""
     k = m.slopes
     for i in range(states):

@@ -11,11 +11,13 @@ from __future__ import annotations
 
 import math
 
+from shaper_fmu.variable import Array
+
 MOST_SQUARINGS = 40
 _TERMS = 16  # of the series: at a norm of 1/2 the first one left out is below 1e-18
 
 
-def phi_functions(z, n, phi0, phi1, phi2, work):
+def phi_functions(z: Array, n: int, phi0: Array, phi1: Array, phi2: Array, work: Array) -> int:
     """Write phi0, phi1 and phi2 of the n by n matrix z, by scaling and squaring.
 
     All arrays hold n^2 numbers, row by row; z is scaled in place. Returns the number of squarings, or -1 without a result where
@@ -55,7 +57,7 @@ def phi_functions(z, n, phi0, phi1, phi2, work):
     return squarings
 
 
-def _double(n, phi0, phi1, phi2, work):
+def _double(n: int, phi0: Array, phi1: Array, phi2: Array, work: Array) -> None:
     """From the functions of Z to those of 2 Z."""
     _product(phi0, phi2, n, work)
     for i in range(n * n):
@@ -68,14 +70,14 @@ def _double(n, phi0, phi1, phi2, work):
         phi0[i] = work[i]
 
 
-def _next(z, phi, n, result):
+def _next(z: Array, phi: Array, n: int, result: Array) -> None:
     """phi_(k - 1) = 1 / (k - 1)! + z phi_k, for k = 1 and 2."""
     _product(z, phi, n, result)
     for i in range(n):
         result[i * n + i] += 1.0
 
 
-def _product(a, b, n, result):
+def _product(a: Array, b: Array, n: int, result: Array) -> None:
     for i in range(n):
         for j in range(n):
             total = 0.0
@@ -84,7 +86,7 @@ def _product(a, b, n, result):
             result[i * n + j] = total
 
 
-def power_of_two(x):
+def power_of_two(x: float) -> float:
     """The power of two that is next to x > 0, or 1 where x is not a positive number: a scale that rounds nothing."""
     if not 1e-300 < x < 1e300:
         return 1.0

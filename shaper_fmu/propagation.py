@@ -13,10 +13,12 @@ from __future__ import annotations
 
 import math
 
+from shaper_fmu.variable import Array
+
 _SERIES_TERMS = 24
 
 
-def oscillator_transition(transition, natural_frequency, damping_ratio, h):
+def oscillator_transition(transition: Array, natural_frequency: float, damping_ratio: float, h: float) -> None:
     """Write exp(A h), row by row, for A = [[0, 1], [-wn^2, -2 zeta wn]], into an array of at least four elements."""
     stiffness = natural_frequency * natural_frequency
     decay = damping_ratio * natural_frequency
@@ -42,7 +44,7 @@ def oscillator_transition(transition, natural_frequency, damping_ratio, h):
     transition[3] = cosine - decay * sine
 
 
-def oscillator_forcing(transition, natural_frequency, damping_ratio, h):
+def oscillator_forcing(transition: Array, natural_frequency: float, damping_ratio: float, h: float) -> tuple[float, float]:
     """Displacements P [s2] and Q [s3] after h > 0 from rest, under u = 1 and under u = s; `transition` belongs to this h.
 
     P = (1 - exp(A h)[0, 0]) / wn^2 and Q = (h - S - 2 zeta wn P) / wn^2, where they do not cancel.
@@ -61,7 +63,7 @@ def oscillator_forcing(transition, natural_frequency, damping_ratio, h):
     return held, (h - transition[1] - damping * held) / stiffness
 
 
-def _forcing_series(stiffness, damping, h):
+def _forcing_series(stiffness: float, damping: float, h: float) -> tuple[float, float]:
     """P and Q by the power series of S, whose terms obey the equation of motion; arguments are wn^2 h^2, 2 zeta wn h, h."""
     earlier = 0.0
     term = 0.5 * h * h
@@ -76,7 +78,7 @@ def _forcing_series(stiffness, damping, h):
     return held, ramp
 
 
-def _mean_decays(x):
+def _mean_decays(x: float) -> tuple[float, float]:
     """(1 - exp(-x)) / x and its like one order higher, (x - 1 + exp(-x)) / x^2, for x >= 0."""
     if x > 1.0:
         once = (1.0 - math.exp(-x)) / x

@@ -10,7 +10,7 @@ import math
 _BISECTIONS = 120
 
 
-def quadratic_factors(a, b, c, d):
+def quadratic_factors(a: float, b: float, c: float, d: float) -> tuple[float, float, float, float]:
     """p1, q1, p2, q2 of s^4 + a s^3 + b s^2 + c s + d = (s^2 + p1 s + q1)(s^2 + p2 s + q2), with q1 <= q2.
 
     For polynomials with d > 0 and no pole to the right of the imaginary axis. Each complex pair is one factor. Of four
@@ -49,7 +49,7 @@ def quadratic_factors(a, b, c, d):
     return p1 * scale, q1 * square, p2 * scale, q2 * square
 
 
-def _largest_sum(a, b, c):
+def _largest_sum(a: float, b: float, c: float) -> float:
     """Largest root y of the resolvent cubic for d = 1, which is q1 + q2 >= 2, and at most b."""
     low, high = 2.0, max(2.0, b)
     square = b * b - 3.0 * (a * c - 4.0)
@@ -69,12 +69,12 @@ def _largest_sum(a, b, c):
     return 0.5 * (low + high)
 
 
-def _resolvent(y, a, b, c):
+def _resolvent(y: float, a: float, b: float, c: float) -> float:
     """y^3 - b y^2 + (a c - 4) y - (a^2 - 4 b + c^2), written so that it keeps its accuracy where y is near b."""
     return (y - b) * (y * y - 4.0) + a * c * y - a * a - c * c
 
 
-def _real_poles(p, q):
+def _real_poles(p: float, q: float) -> tuple[float, float]:
     """The magnitudes of the two real poles of s^2 + p s + q."""
     high = 0.5 * (p + math.sqrt(max(0.0, p * p - 4.0 * q)))
     return q / high, high

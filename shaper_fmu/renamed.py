@@ -1,11 +1,11 @@
-"""Old names of arguments and attributes, which still work and warn."""
+"""Old names, which still work and warn."""
 
 from __future__ import annotations
 
 import functools
 import warnings
 from collections.abc import Callable
-from typing import Any, ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -32,13 +32,3 @@ def renamed_argument(old: str, new: str) -> Callable[[Callable[P, R]], Callable[
         return accepting
 
     return decorate
-
-
-def renamed_attribute(old: str, new: str) -> Any:
-    """A property by which an attribute can be read by its old name, too."""
-
-    def read(self: Any) -> Any:
-        warn_renamed(f"{type(self).__name__}.{old}", new)
-        return getattr(self, new)
-
-    return property(read, doc=f"The old name of `{new}`.")

@@ -24,7 +24,8 @@ class DecayingSum:
     """e(tau): coefficients c_k and poles p_k [1/s], complex arrays of shape (n,), all Re p_k < 0."""
 
     def __init__(self, coefficients: NDArray[np.complex128], poles: NDArray[np.complex128]):
-        self.coefficients, self.poles = coefficients, poles
+        self.coefficients: NDArray[np.complex128] = coefficients
+        self.poles: NDArray[np.complex128] = poles
         self._size = np.abs(coefficients)
         self._bend = np.square(np.abs(poles)) * self._size
 

@@ -76,7 +76,7 @@ def output_file(*endings: str) -> Callback:
     return _each(lambda path: _unwritable(path, folder=False) or _wrong_ending(path, endings) or _missing_package(path), absolute)
 
 
-output_folder = _each(lambda path: _unwritable(path, folder=True), absolute)
+output_folder: Callback = _each(lambda path: _unwritable(path, folder=True), absolute)
 """Of a folder to be written to, which is made then if it is missing. Its path becomes absolute."""
 
 
@@ -96,12 +96,12 @@ def number(domain: str, holds: Callable[[float], bool], kind: type = float) -> C
     return parse
 
 
-positive = number("a finite number above 0", lambda x: 0.0 < x < math.inf)
-not_negative = number("a finite number of at least 0", lambda x: 0.0 <= x < math.inf)
-finite = number("a finite number", math.isfinite)
-damping_ratio = number("0 <= zeta < 1", lambda x: 0.0 <= x < 1.0)
-share = number("between 0 and 1", lambda x: 0.0 < x < 1.0)
-index = number("at least 0", lambda n: n >= 0, int)
+positive: Callback = number("a finite number above 0", lambda x: 0.0 < x < math.inf)
+not_negative: Callback = number("a finite number of at least 0", lambda x: 0.0 <= x < math.inf)
+finite: Callback = number("a finite number", math.isfinite)
+damping_ratio: Callback = number("0 <= zeta < 1", lambda x: 0.0 <= x < 1.0)
+share: Callback = number("between 0 and 1", lambda x: 0.0 < x < 1.0)
+index: Callback = number("at least 0", lambda n: n >= 0, int)
 
 
 def pairs(given: Sequence[str] | None, option: str, example: str, empty: bool = False) -> dict[str, str]:
@@ -120,7 +120,7 @@ def pairs(given: Sequence[str] | None, option: str, example: str, empty: bool = 
     return found
 
 
-def add_options(command: Callable[..., None], variables: Mapping[str, Variable]) -> None:
+def add_options(command: Callable[..., None], variables: Mapping[str, Variable[Any]]) -> None:
     """Give a command that takes **parameters an option for each of these, with their descriptions and domains."""
     signature = inspect.signature(command, eval_str=True)
     kept = [parameter for parameter in signature.parameters.values() if parameter.kind is not inspect.Parameter.VAR_KEYWORD]

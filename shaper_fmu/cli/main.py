@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer import Typer
 
 from shaper_fmu.cli.arguments import PAGE, finite, input_file, output_file, pairs, positive, wrong_usage
 from shaper_fmu.cli.build import build
@@ -28,7 +29,7 @@ from shaper_fmu.page.blocks import Table
 from shaper_fmu.progress import progress
 from shaper_fmu.version import __version__
 
-app = typer.Typer(
+app: Typer = typer.Typer(
     cls=Commands,
     no_args_is_help=True,
     pretty_exceptions_enable=False,

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer import Typer
 
 from shaper_fmu.cli.arguments import damping_ratio as damping
 from shaper_fmu.cli.arguments import input_file, output_file, positive, wrong_usage
@@ -13,7 +14,7 @@ from shaper_fmu.cli.paths import shown, wrote
 from shaper_fmu.console import err, out
 from shaper_fmu.progress import progress
 
-app = typer.Typer(no_args_is_help=True, help="Write templates.")
+app: Typer = typer.Typer(no_args_is_help=True, help="Write templates.")
 
 
 @app.callback()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from shaper_fmu.component import MEAN, NO_EVENT, Calculated, Input, Output, Parameter, State, time_tolerance
+from typing import ClassVar
+
+from shaper_fmu.component import MEAN, NO_EVENT, Calculated, Input, Output, Parameter, State, Variable, time_tolerance
 from shaper_fmu.kinds.one_mode import design_mode
 from shaper_fmu.kinds.shapers import FURTHER_PARAMETERS, LIST, PARAMETERS, SOLVED_WITH, Shaper
 from shaper_fmu.methods.record import declare
@@ -47,7 +49,7 @@ class InputShaper(DesignWorkspace):
     Damped designs are solved, not fitted: `certificate` is the largest residual of the equations that define them.
     """
 
-    messages = {
+    messages: ClassVar[dict[int, str]] = {
         HISTORY_FULL: f"the command has changed more than {EDGES - 1} times within the shaper duration {{duration}} s; "
         "use a larger communication step",
         CUSTOM_ORDER: "custom_delay must begin with 0 s and not decrease over the first {custom_impulses} elements",
@@ -61,13 +63,13 @@ class InputShaper(DesignWorkspace):
         BAD_TUNING: "natural_frequency must be greater than 0 rad/s and damping_ratio in 0 <= . < 1",
     }
 
-    continuous_states = ()
-    sampled = True
+    continuous_states: ClassVar[tuple[str, ...] | None] = ()
+    sampled: ClassVar[bool] = True
 
-    command = Input("", "command to be shaped")
-    shaper = Parameter(Shaper.zv, "", "kind of shaper")
-    modes = Parameter(1, "", "number of modes", min=1, max=MODES)
-    natural_frequency = Parameter(
+    command: Variable[float] = Input("", "command to be shaped")
+    shaper: Variable[int] = Parameter(Shaper.zv, "", "kind of shaper")
+    modes: Variable[int] = Parameter(1, "", "number of modes", min=1, max=MODES)
+    natural_frequency: Variable[list[float]] = Parameter(
         10.0,
         "rad/s",
         "undamped natural frequency of each mode",
@@ -77,52 +79,56 @@ class InputShaper(DesignWorkspace):
         published=(1e-9, None),
         tunable=True,
     )
-    damping_ratio = Parameter(
+    damping_ratio: Variable[list[float]] = Parameter(
         0.0, "", "damping ratio of each mode", size=MODES, min=0.0, max=1.0, exclusive="max", published=(0.0, 0.999), tunable=True
     )
-    shape_mode = Parameter(True, "", "whether each mode is shaped", size=MODES)
-    vibration_tolerance = Parameter(
+    shape_mode: Variable[list[bool]] = Parameter(True, "", "whether each mode is shaped", size=MODES)
+    vibration_tolerance: Variable[float] = Parameter(
         0.05, "", "tolerated residual vibration V", min=0.0, max=1.0, exclusive=True, published=(1e-6, 0.999)
     )
     declare(locals(), PARAMETERS)
-    custom_impulses = Parameter(2, "", "number of impulses of the custom shaper", min=1, max=MODE_IMPULSES)
-    custom_amplitude = Parameter([0.5, 0.5] + [0.0] * 14, "", "amplitudes of the custom shaper", size=MODE_IMPULSES)
-    custom_delay = Parameter([0.0, 0.3] + [0.0] * 14, "s", "delays of the custom shaper", size=MODE_IMPULSES, min=0.0)
-    initial_command = Parameter(0.0, "", "value of the command before the start")
-    duration = Calculated("s", "shaper duration: delay of the last impulse", tunable=True)
-    impulses = Calculated("", "number of impulses", start=0, tunable=True)
-    insensitivity = Calculated(
+    custom_impulses: Variable[int] = Parameter(2, "", "number of impulses of the custom shaper", min=1, max=MODE_IMPULSES)
+    custom_amplitude: Variable[list[float]] = Parameter(
+        [0.5, 0.5] + [0.0] * 14, "", "amplitudes of the custom shaper", size=MODE_IMPULSES
+    )
+    custom_delay: Variable[list[float]] = Parameter(
+        [0.0, 0.3] + [0.0] * 14, "s", "delays of the custom shaper", size=MODE_IMPULSES, min=0.0
+    )
+    initial_command: Variable[float] = Parameter(0.0, "", "value of the command before the start")
+    duration: Variable[float] = Calculated("s", "shaper duration: delay of the last impulse", tunable=True)
+    impulses: Variable[int] = Calculated("", "number of impulses", start=0, tunable=True)
+    insensitivity: Variable[float] = Calculated(
         "", "width of the band of w/wn of the first shaped mode in which V <= vibration_tolerance", tunable=True
     )
-    certificate = Calculated("", "largest residual of the equations that define the shaper", tunable=True)
-    shaped = Output("", "shaped command")
-    shaped_mean = Output("", MEAN.format("shaped"))
-    next_event_time = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
-    settled = Output("", "true when nothing more is pending", start=True)
+    certificate: Variable[float] = Calculated("", "largest residual of the equations that define the shaper", tunable=True)
+    shaped: Variable[float] = Output("", "shaped command")
+    shaped_mean: Variable[float] = Output("", MEAN.format("shaped"))
+    next_event_time: Variable[float] = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
+    settled: Variable[bool] = Output("", "true when nothing more is pending", start=True)
 
-    amplitude = State(size=IMPULSES)
-    delay = State(size=IMPULSES)
-    edge_time = State(size=EDGES)  # ring buffer of the command's changes
-    edge_value = State(size=EDGES)
-    newest = State(0)  # number of the newest edge
-    reached = State(0, size=IMPULSES)  # number of the newest edge that each impulse has reached
+    amplitude: Variable[list[float]] = State(size=IMPULSES)
+    delay: Variable[list[float]] = State(size=IMPULSES)
+    edge_time: Variable[list[float]] = State(size=EDGES)  # ring buffer of the command's changes
+    edge_value: Variable[list[float]] = State(size=EDGES)
+    newest: Variable[int] = State(0)  # number of the newest edge
+    reached: Variable[list[int]] = State(0, size=IMPULSES)  # number of the newest edge that each impulse has reached
 
-    tuned_frequency = State(size=MODES)  # what the impulses were designed for
-    tuned_damping = State(size=MODES)
-    jumps = State(0)  # jumps of former designs that are under way, in no order
-    jump_time = State(size=UNDER_WAY)
-    jump_size = State(size=UNDER_WAY)
-    offset = State(0.0)  # what is still missing of former designs
-    moved = State(False)  # whether an edge or a jump has been passed in this step
+    tuned_frequency: Variable[list[float]] = State(size=MODES)  # what the impulses were designed for
+    tuned_damping: Variable[list[float]] = State(size=MODES)
+    jumps: Variable[int] = State(0)  # jumps of former designs that are under way, in no order
+    jump_time: Variable[list[float]] = State(size=UNDER_WAY)
+    jump_size: Variable[list[float]] = State(size=UNDER_WAY)
+    offset: Variable[float] = State(0.0)  # what is still missing of former designs
+    moved: Variable[bool] = State(False)  # whether an edge or a jump has been passed in this step
     declare(locals(), FURTHER_PARAMETERS)
 
-    def start(self):
+    def start(self) -> int:
         self.edge_value[0] = self.initial_command
         self.shaped = self.initial_command
         self.shaped_mean = self.initial_command
         return design(self)
 
-    def step(self, t, h):
+    def step(self, t: float, h: float) -> int:
         unchanged = True
         if is_retuned(self):
             unchanged = False
@@ -155,7 +161,7 @@ class InputShaper(DesignWorkspace):
         return 0
 
 
-def design(m):
+def design(m: InputShaper) -> int:
     """Impulses of all shaped modes into m.amplitude, m.delay, m.impulses; and what is calculated from them."""
     m.amplitude[0] = 1.0
     m.delay[0] = 0.0
@@ -189,7 +195,7 @@ def design(m):
     return 0
 
 
-def design_custom(m):
+def design_custom(m: InputShaper) -> int:
     """The user's impulses, checked and normalised to the sum 1."""
     total = 0.0
     last = 0.0
@@ -207,7 +213,7 @@ def design_custom(m):
     return 0
 
 
-def first_shaped_mode(m):
+def first_shaped_mode(m: InputShaper) -> int:
     """Index of the first mode that is shaped; 0 if none is."""
     for mode in range(m.modes):
         if m.shape_mode[mode]:
@@ -215,7 +221,7 @@ def first_shaped_mode(m):
     return 0
 
 
-def is_retuned(m):
+def is_retuned(m: InputShaper) -> bool:
     """Whether a frequency or damping ratio differs from what the impulses were designed for."""
     for mode in range(m.modes):
         if m.natural_frequency[mode] != m.tuned_frequency[mode] or m.damping_ratio[mode] != m.tuned_damping[mode]:
@@ -223,7 +229,7 @@ def is_retuned(m):
     return False
 
 
-def retune(m):
+def retune(m: InputShaper) -> int:
     """Design anew; what the old design has under way goes on as single jumps, on top of the new one, which starts at rest."""
     for mode in range(m.modes):
         if not (0.0 < m.natural_frequency[mode] < NO_EVENT and 0.0 <= m.damping_ratio[mode] < 1.0):
@@ -249,7 +255,7 @@ def retune(m):
     return status
 
 
-def pass_jumps(m, t, h):
+def pass_jumps(m: InputShaper, t: float, h: float) -> float:
     """Let the jumps of former designs due until t + h happen; returns the mean of their offset over [t, t + h]."""
     until = t + h + time_tolerance(m, t, h)
     mean = m.offset
@@ -272,7 +278,7 @@ def pass_jumps(m, t, h):
     return mean
 
 
-def record_edge(m, t):
+def record_edge(m: InputShaper, t: float) -> None:
     """Enter the command's change at t; edge numbers are reduced by a ring's length when all are past it."""
     if m.reached[m.impulses - 1] >= EDGES:
         m.newest -= EDGES
@@ -284,7 +290,7 @@ def record_edge(m, t):
     m.edge_value[m.newest % EDGES] = m.command
 
 
-def pass_edges(m, i, t, h):
+def pass_edges(m: InputShaper, i: int, t: float, h: float) -> float:
     """Let impulse i pass the edges due until t + h, and note the next one; returns the mean over [t, t + h] of what it sees."""
     until = t + h + time_tolerance(m, t, h)
     value = m.edge_value[m.reached[i] % EDGES]

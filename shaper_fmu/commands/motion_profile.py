@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from shaper_fmu.component import NO_EVENT, Calculated, Component, Output, Parameter, State, time_tolerance
+from typing import ClassVar
+
+from shaper_fmu.component import NO_EVENT, Calculated, Component, Output, Parameter, State, Variable, time_tolerance
 from shaper_fmu.kinds.profiles import (
     JUMPING,
     LIST,
@@ -34,7 +36,7 @@ class MotionProfile(Component):
     position or velocity jumps, its derivative's impulse is not part of the velocity or acceleration output.
     """
 
-    messages = {
+    messages: ClassVar[dict[int, str]] = {
         TOO_SHORT: "duration = {duration} s is too short to move {distance} m within max_velocity = {max_velocity} m/s and "
         "max_acceleration = {max_acceleration} m/s2; the shortest possible duration is {possible_duration} s",
         NEVER: "no duration is long enough for max_velocity = {max_velocity} m/s and max_acceleration = {max_acceleration} m/s2: "
@@ -43,34 +45,38 @@ class MotionProfile(Component):
         "duration is {shortest_duration} s, but its speed rises again, and longer ones are possible from {possible_duration} s on",
     }
 
-    continuous_states = ()
+    continuous_states: ClassVar[tuple[str, ...] | None] = ()
 
-    profile = Parameter(ProfileKind.cycloid, "", "kind of profile")
-    distance = Parameter(1.0, "m", "distance to move, negative for the other way")
-    duration = Parameter(1.0, "s", "time from start to rest (a step needs none)", min=0.0, exclusive=True, published=(1e-9, None))
-    start_time = Parameter(0.0, "s", "time at which the move begins")
-    natural_frequency = Parameter(
+    profile: Variable[int] = Parameter(ProfileKind.cycloid, "", "kind of profile")
+    distance: Variable[float] = Parameter(1.0, "m", "distance to move, negative for the other way")
+    duration: Variable[float] = Parameter(
+        1.0, "s", "time from start to rest (a step needs none)", min=0.0, exclusive=True, published=(1e-9, None)
+    )
+    start_time: Variable[float] = Parameter(0.0, "s", "time at which the move begins")
+    natural_frequency: Variable[float] = Parameter(
         10.0, "rad/s", "undamped natural frequency of the mode to leave at rest", min=0.0, exclusive=True, published=(1e-9, None)
     )
-    damping_ratio = Parameter(0.0, "", "damping ratio of that mode", min=0.0, max=1.0, exclusive="max", published=(0.0, 0.999))
-    max_velocity = Parameter(
+    damping_ratio: Variable[float] = Parameter(
+        0.0, "", "damping ratio of that mode", min=0.0, max=1.0, exclusive="max", published=(0.0, 0.999)
+    )
+    max_velocity: Variable[float] = Parameter(
         NO_LIMIT, "m/s", "speed never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True, published=(None, None)
     )
-    max_acceleration = Parameter(
+    max_acceleration: Variable[float] = Parameter(
         NO_LIMIT, "m/s2", "acceleration never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True, published=(None, None)
     )
-    shortest_duration = Calculated("s", "shortest duration that the limits permit, 0 without limits")
-    position = Output("m", "reference position", derivative="velocity")
-    velocity = Output("m/s", "reference velocity", derivative="acceleration")
-    acceleration = Output("m/s2", "reference acceleration")
-    moving = Output("", "true from the start of the move to its end", start=False)
-    next_event_time = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
+    shortest_duration: Variable[float] = Calculated("s", "shortest duration that the limits permit, 0 without limits")
+    position: Variable[float] = Output("m", "reference position", derivative="velocity")
+    velocity: Variable[float] = Output("m/s", "reference velocity", derivative="acceleration")
+    acceleration: Variable[float] = Output("m/s2", "reference acceleration")
+    moving: Variable[bool] = Output("", "true from the start of the move to its end", start=False)
+    next_event_time: Variable[float] = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
 
-    next_kink_time = State(NO_EVENT)
-    ramp = State(0.0)
-    possible_duration = State(0.0)
+    next_kink_time: Variable[float] = State(NO_EVENT)
+    ramp: Variable[float] = State(0.0)
+    possible_duration: Variable[float] = State(0.0)
 
-    def start(self):
+    def start(self) -> int:
         velocity = unit_limit(self.max_velocity, self.distance)
         acceleration = unit_limit(self.max_acceleration, self.distance)
         shortest, gap_start, gap_end = shortest_duration(
@@ -88,7 +94,7 @@ class MotionProfile(Component):
         self.ramp = ramp_time(self.profile, self.duration, velocity, acceleration)
         return 0
 
-    def step(self, t, h):
+    def step(self, t: float, h: float) -> None:
         now = t + h
         tolerance = time_tolerance(self, t, h)
         span = span_of(self.profile, self.duration)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from shaper_fmu.component import Component, Input, Local, Output, Parameter, State
+from typing import ClassVar
+
+from shaper_fmu.component import Component, Input, Local, Output, Parameter, State, Variable
 
 NO_LIMIT = 1e300
 
@@ -18,15 +20,15 @@ class PositionController(Component):
     inputs that are linear over the step the integral is exact within the limit; at the limit the step's end decides.
     """
 
-    continuous_states = ("integral_force",)
+    continuous_states: ClassVar[tuple[str, ...] | None] = ("integral_force",)
 
-    reference = Input("m", "position wanted", slope="reference_slope")
-    position = Input("m", "position measured", slope="position_slope")
-    velocity = Input("m/s", "velocity measured", slope="velocity_slope")
-    proportional_gain = Parameter(100.0, "N/m", "force per position error", min=0.0)
-    integral_gain = Parameter(0.0, "N/m/s", "rate of force per position error, 0 for a PD controller", min=0.0)
-    derivative_gain = Parameter(20.0, "N.s/m", "force against the velocity", min=0.0)
-    force_limit = Parameter(
+    reference: Variable[float] = Input("m", "position wanted", slope="reference_slope")
+    position: Variable[float] = Input("m", "position measured", slope="position_slope")
+    velocity: Variable[float] = Input("m/s", "velocity measured", slope="velocity_slope")
+    proportional_gain: Variable[float] = Parameter(100.0, "N/m", "force per position error", min=0.0)
+    integral_gain: Variable[float] = Parameter(0.0, "N/m/s", "rate of force per position error, 0 for a PD controller", min=0.0)
+    derivative_gain: Variable[float] = Parameter(20.0, "N.s/m", "force against the velocity", min=0.0)
+    force_limit: Variable[float] = Parameter(
         NO_LIMIT,
         "N",
         "magnitude of the force never to be exceeded, 1e300 for no limit",
@@ -34,15 +36,15 @@ class PositionController(Component):
         exclusive=True,
         published=(1e-9, None),
     )
-    force = Output("N", "force on the plant")
-    integral_force = Local("N", "integral part of the force", derivative="integral_rate")
-    integral_rate = Local("N/s", "rate of the integral part: 0 where the integration stops")
+    force: Variable[float] = Output("N", "force on the plant")
+    integral_force: Variable[float] = Local("N", "integral part of the force", derivative="integral_rate")
+    integral_rate: Variable[float] = Local("N/s", "rate of the integral part: 0 where the integration stops")
 
-    reference_slope = State(0.0)
-    position_slope = State(0.0)
-    velocity_slope = State(0.0)
+    reference_slope: Variable[float] = State(0.0)
+    position_slope: Variable[float] = State(0.0)
+    velocity_slope: Variable[float] = State(0.0)
 
-    def step(self, t, h):
+    def step(self, t: float, h: float) -> None:
         added = self.integral_gain * (self.reference - self.position) * h
         added += 0.5 * self.integral_gain * (self.reference_slope - self.position_slope) * h * h
         self.reference += self.reference_slope * h

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
-from shaper_fmu.component import MEAN, NO_EVENT, Component, Input, Output, Parameter, State, time_tolerance
+from shaper_fmu.component import MEAN, NO_EVENT, Component, Input, Output, Parameter, State, Variable, time_tolerance
 
 MOST_PERIODS = 1e5
 FARTHEST_EDGE = 1e12
@@ -27,7 +28,7 @@ class PulseWidthModulator(Component):
     where the reference changes, a switch waits until that time has passed since the last one.
     """
 
-    messages = {
+    messages: ClassVar[dict[int, str]] = {
         TOO_MANY_PERIODS: f"a communication step spans more than {MOST_PERIODS:g} periods of the carrier_frequency "
         "{carrier_frequency} Hz; use smaller steps",
         TOO_FAR: f"more than {FARTHEST_EDGE:g} periods of the carrier_frequency {{carrier_frequency}} Hz lie between time zero and "
@@ -36,26 +37,30 @@ class PulseWidthModulator(Component):
         "{carrier_frequency} Hz: a pulse and a gap of this width do not fit in",
     }
 
-    continuous_states = ()
-    sampled = True
+    continuous_states: ClassVar[tuple[str, ...] | None] = ()
+    sampled: ClassVar[bool] = True
 
-    reference = Input("", "share of the time to be on, 0 to 1")
-    carrier_frequency = Parameter(20.0, "Hz", "frequency of the carrier", min=0.0, exclusive=True, published=(1e-9, None))
-    carrier_phase = Parameter(0.0, "rad", "phase of the carrier at time zero; 0 is at its peak, falling", display_unit="deg")
-    minimum_pulse_width = Parameter(0.0, "s", "shortest time between two switches", min=0.0)
-    pulse = Output("", "the on/off command, 0 or 1")
-    pulse_mean = Output("", MEAN.format("pulse"))
-    next_event_time = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
+    reference: Variable[float] = Input("", "share of the time to be on, 0 to 1")
+    carrier_frequency: Variable[float] = Parameter(
+        20.0, "Hz", "frequency of the carrier", min=0.0, exclusive=True, published=(1e-9, None)
+    )
+    carrier_phase: Variable[float] = Parameter(
+        0.0, "rad", "phase of the carrier at time zero; 0 is at its peak, falling", display_unit="deg"
+    )
+    minimum_pulse_width: Variable[float] = Parameter(0.0, "s", "shortest time between two switches", min=0.0)
+    pulse: Variable[float] = Output("", "the on/off command, 0 or 1")
+    pulse_mean: Variable[float] = Output("", MEAN.format("pulse"))
+    next_event_time: Variable[float] = Output("s", "time of the next jump of an output, 1e300 if none", start=NO_EVENT)
 
-    last_switch = State(-NO_EVENT)
-    done_until = State(-NO_EVENT)  # edges up to this time are done
+    last_switch: Variable[float] = State(-NO_EVENT)
+    done_until: Variable[float] = State(-NO_EVENT)  # edges up to this time are done
 
-    def start(self):
+    def start(self) -> int:
         if 2.0 * self.minimum_pulse_width * self.carrier_frequency > 1.0:
             return TOO_WIDE
         return 0
 
-    def step(self, t, h):
+    def step(self, t: float, h: float) -> int:
         if not self.carrier_frequency * h <= MOST_PERIODS:
             return TOO_MANY_PERIODS
         if not self.carrier_frequency * (abs(t) + h) + abs(self.carrier_phase) < FARTHEST_EDGE:
@@ -84,7 +89,7 @@ class PulseWidthModulator(Component):
         return 0
 
 
-def served_share(m):
+def served_share(m: PulseWidthModulator) -> float:
     """The share of the time to be on for the reference held: 0 or 1 where pulses or gaps would be too short."""
     shortest = m.minimum_pulse_width * m.carrier_frequency
     if m.reference <= 0.0 or m.reference < shortest:
@@ -94,14 +99,14 @@ def served_share(m):
     return m.reference
 
 
-def edge_time(m, share, edge):
+def edge_time(m: PulseWidthModulator, share: float, edge: float) -> float:
     """Time of the crossing of number `edge`: even ones switch on, odd ones off, two in each period of the carrier."""
     period = math.floor(0.5 * edge)
     side = share if edge - 2.0 * period > 0.5 else -share
     return (period + 0.5 * (1.0 + side) - m.carrier_phase / (2.0 * math.pi)) / m.carrier_frequency
 
 
-def first_edge(m, share, after):
+def first_edge(m: PulseWidthModulator, share: float, after: float) -> float:
     """Number of the first crossing after this time, a whole number; 0 if the reference does not cross the carrier."""
     if share <= 0.0 or share >= 1.0:
         return 0.0
@@ -111,7 +116,7 @@ def first_edge(m, share, after):
     return edge
 
 
-def next_switch(m, share, now, edge):
+def next_switch(m: PulseWidthModulator, share: float, now: float, edge: float) -> tuple[float, float]:
     """Time of the next switch at `now` or later, and the number of the first crossing after it.
 
     `edge` is the number of the first crossing after `now`. A switch waits until minimum_pulse_width has passed since the

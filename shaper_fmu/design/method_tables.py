@@ -58,6 +58,10 @@ def with_tables(page: str) -> str:
     return re.sub(r"<!-- table of ([\w ]+) -->\n.*?<!-- end of the table -->", table, page, flags=re.DOTALL)
 
 
-if __name__ == "__main__":
-    for path in map(Path, sys.argv[1:]):
+def _update(paths: list[str]) -> None:
+    for path in map(Path, paths):
         path.write_text(with_tables(path.read_text()))
+
+
+if __name__ == "__main__":
+    _update(sys.argv[1:])

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Any, Literal
 
 from shaper_fmu.commands.pulse_train import NO_DESIGN, SWITCHES, PulseTrain
+from shaper_fmu.component import Variable
 from shaper_fmu.design.pulse_sequence import PulseSequence
 from shaper_fmu.errors import ArgumentError, NoSolutionError, nearest
 from shaper_fmu.kinds.pulses import FURTHER_PARAMETERS, PULSES, switches_of
@@ -15,7 +16,7 @@ from shaper_fmu.pulses.residual import switch_residual
 from shaper_fmu.pulses.zv_carrier import half_damped_period
 
 MOST_SWITCHES = 100_000
-OPTIONS = dict(FURTHER_PARAMETERS)
+OPTIONS: dict[str, Variable[Any]] = dict(FURTHER_PARAMETERS)
 """The designs' own parameters, by name."""
 
 

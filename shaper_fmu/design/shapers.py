@@ -90,7 +90,7 @@ def _options(given: dict[str, float]) -> dict[str, float]:
     return given
 
 
-def _is_of(variable: Variable, value: Any) -> bool:
+def _is_of(variable: Variable[Any], value: Any) -> bool:
     if not isinstance(value, int | float) or (variable.kind is int and value != int(value)):
         return False
     return variable.problem("", value) is None

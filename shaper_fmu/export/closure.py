@@ -18,7 +18,7 @@ from shaper_fmu.component import Component
 from shaper_fmu.errors import BuildError, nearest
 from shaper_fmu.public_names import HOME
 
-_SLAVE_MODULE = "shaper_fmu.export.slave"
+_SLAVE_MODULE = "shaper_fmu.export._slave"
 
 
 def packed_sources(component: type[Component]) -> tuple[str, dict[str, str]]:

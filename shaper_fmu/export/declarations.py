@@ -78,7 +78,7 @@ def _of_messages(component: type[Component]) -> Iterator[str]:
                 yield f"{what} names {{{name}}}, which is not a variable.{nearest(name, component.variables)}"
 
 
-def _of_variable(variable: Variable) -> Iterator[str]:
+def _of_variable(variable: Variable[Any]) -> Iterator[str]:
     if not variable.name.isascii():
         yield "the name has letters that are not ASCII, which FMI's structured names cannot have; write it with a to z"
     for what, text in (("description", variable.description), ("unit", variable.unit), ("display_unit", variable.display_unit)):
@@ -109,7 +109,7 @@ def _shown(value: int) -> str:
     return str(value) if abs(value) < 10**30 else f"an integer of {value.bit_length()} bits"
 
 
-def _of_bound(variable: Variable, side: str, bound: Any) -> Iterator[str]:
+def _of_bound(variable: Variable[Any], side: str, bound: Any) -> Iterator[str]:
     if variable.kind not in (float, int):
         yield f"{side} = {bound!r}: a Boolean or an enumeration has no bounds; leave it out"
     elif not _is_number(bound):
@@ -124,7 +124,7 @@ def _of_bound(variable: Variable, side: str, bound: Any) -> Iterator[str]:
         yield f"{side} is {bound:.3g}, which a double can hardly hold; leave it out where there is no bound"
 
 
-def _of_domain(variable: Variable) -> Iterator[str]:
+def _of_domain(variable: Variable[Any]) -> Iterator[str]:
     """Of bounds that are numbers: there is something between them, and the start value is."""
     if variable.exclusive not in (False, True, "min", "max"):
         yield f"exclusive is {variable.exclusive!r}; it must be True, 'min' or 'max'"
@@ -144,7 +144,7 @@ def _of_domain(variable: Variable) -> Iterator[str]:
         yield from (f"the start value is outside of its bounds: {problem}" for problem in found if problem)
 
 
-def _of_published(variable: Variable) -> Iterator[str]:
+def _of_published(variable: Variable[Any]) -> Iterator[str]:
     """Problems of published bounds: they must be a pair of numbers, or None, within the domain."""
     published: Any = variable.published
     if published is None:

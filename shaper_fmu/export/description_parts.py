@@ -96,14 +96,14 @@ def add_annotation(root: etree._Element, parent: str, element: str, naming: str)
     etree.SubElement(annotation, "DirectFeedthrough", outputsBetweenSetAndStep="true")
 
 
-def _description(variable: Variable) -> str:
+def _description(variable: Variable[Any]) -> str:
     """The declared one, with the bounds that do not belong to the domain: FMI's min and max do."""
     sides = (("min", "greater than", variable.min), ("max", "less than", variable.max))
     excluded = [f"{words} {bound:g}" for side, words, bound in sides if bound is not None and variable.exclusive in (True, side)]
     return "; ".join(part for part in (variable.description, " and ".join(excluded)) if part)
 
 
-def common_attributes(variable: Variable, name: str, reference: int) -> dict[str, str]:
+def common_attributes(variable: Variable[Any], name: str, reference: int) -> dict[str, str]:
     """Name, value reference, description, causality, variability and, for all but inputs, `initial`.
 
     Real inputs, outputs and locals are continuous even where they jump at events: a discrete variable would have to stay
@@ -122,7 +122,7 @@ def common_attributes(variable: Variable, name: str, reference: int) -> dict[str
     return attributes
 
 
-def typed_attributes(variable: Variable) -> dict[str, str]:
+def typed_attributes(variable: Variable[Any]) -> dict[str, str]:
     """Declared type of an enumeration; unit and bounds of a number."""
     if issubclass(variable.kind, enum.IntEnum):
         return {"declaredType": variable.kind.__name__}
@@ -136,6 +136,6 @@ def typed_attributes(variable: Variable) -> dict[str, str]:
     return attributes
 
 
-def has_start(variable: Variable) -> bool:
+def has_start(variable: Variable[Any]) -> bool:
     """Whether a start value is required; for all that is calculated it is forbidden."""
     return variable.causality in ("input", "parameter")

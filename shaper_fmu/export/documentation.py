@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 import inspect
 import re
+from typing import Any
 
 import jinja2
 from markupsafe import Markup, escape
@@ -78,7 +79,7 @@ _TITLES = {
 }
 
 
-def start_text(variable: Variable) -> str:
+def start_text(variable: Variable[Any]) -> str:
     """The start value, shortened where an array repeats one value."""
     shown = [
         v.name if isinstance(v, enum.IntEnum) else str(v).lower() if isinstance(v, bool) else f"{v:g}" for v in variable.starts
@@ -86,7 +87,7 @@ def start_text(variable: Variable) -> str:
     return shown[0] if len(set(shown)) == 1 else ", ".join(shown)
 
 
-def type_text(variable: Variable) -> str:
+def type_text(variable: Variable[Any]) -> str:
     """The FMI type, with the number of elements of an array."""
     name = (
         "Enumeration"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Iterable
+from typing import Any
 
 from lxml import etree
 
@@ -81,7 +82,7 @@ def _add_types(root: etree._Element, component: type[Component]) -> None:
             parts.add_items(etree.SubElement(etree.SubElement(definitions, "SimpleType", name=name), "Enumeration"), kind)
 
 
-def _type_name(variable: Variable) -> str:
+def _type_name(variable: Variable[Any]) -> str:
     if issubclass(variable.kind, enum.IntEnum):
         return "Enumeration"
     return {float: "Real", int: "Integer", bool: "Boolean"}[variable.kind]
@@ -109,7 +110,7 @@ def _add_structure(
     root: etree._Element,
     component: type[Component],
     positions: dict[str, list[int]],
-    states: list[tuple[Variable, Variable]],
+    states: list[tuple[Variable[Any], Variable[Any]]],
 ) -> None:
     """Outputs and derivatives depend on inputs and exposed states; parameters count at the start alone in FMI 2.0, and without
     a variable for the time every unknown is taken to depend on it."""

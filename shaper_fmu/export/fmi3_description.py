@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Iterable
+from typing import Any
 
 from lxml import etree
 
@@ -55,7 +56,7 @@ def _add_types(root: etree._Element, component: type[Component]) -> None:
             parts.add_items(etree.SubElement(definitions, "EnumerationType", name=name), kind)
 
 
-def _type_name(variable: Variable) -> str:
+def _type_name(variable: Variable[Any]) -> str:
     if issubclass(variable.kind, enum.IntEnum):
         return "Enumeration"
     return {float: "Float64", int: "Int32", bool: "Boolean"}[variable.kind]
@@ -91,7 +92,7 @@ def _add_variables(root: etree._Element, component: type[Component], references:
 
 
 def _add_structure(
-    root: etree._Element, component: type[Component], references: dict[str, int], states: list[tuple[Variable, Variable]]
+    root: etree._Element, component: type[Component], references: dict[str, int], states: list[tuple[Variable[Any], Variable[Any]]]
 ) -> None:
     """FMI 3.0 wants every known that acts directly: inputs, states, parameters, and the time where the kernel reads it."""
     element = etree.SubElement(root, "ModelStructure")
@@ -99,11 +100,11 @@ def _add_structure(
     parameters = structure.names_of(component, "parameter")
     time = [len(references)] if structure.reads_time(component) else []
 
-    def add(title: str, variable: Variable, known: Iterable[str], more: list[int]) -> None:
+    def add(title: str, variable: Variable[Any], known: Iterable[str], more: list[int]) -> None:
         listed = sorted([*{references[name] for name in known}, *more])
         etree.SubElement(element, title, valueReference=str(references[variable.name]), dependencies=" ".join(map(str, listed)))
 
-    def add_unknown(title: str, variable: Variable) -> None:
+    def add_unknown(title: str, variable: Variable[Any]) -> None:
         if variable.name in names:
             add(title, variable, [variable.name], [])
         else:

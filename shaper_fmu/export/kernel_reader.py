@@ -55,8 +55,10 @@ class Reader(ast.NodeVisitor):
     """Reads the syntax of one function, whose arguments numbered `records` are the record."""
 
     def __init__(self, check: Check, function: FunctionType, scope: Scope, records: frozenset[int]):
-        self.check, self.function, self.scope = check, function, scope
-        self.used = used_names(function)
+        self.check: Check = check
+        self.function: FunctionType = function
+        self.scope: Scope = scope
+        self.used: dict[str, Any] = used_names(function)
         nodes = list(ast.walk(scope))
         declared = {name for node in nodes if isinstance(node, ast.Global) for name in node.names}
         stored = {node.id for node in nodes if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load)}
@@ -67,10 +69,10 @@ class Reader(ast.NodeVisitor):
             (a.asname or a.name).split(".")[0] for n in nodes if isinstance(n, ast.Import | ast.ImportFrom) for a in n.names
         }
         handled = {node.name for node in nodes if isinstance(node, ast.ExceptHandler) and node.name}
-        self.local = (stored | set(parameters) | inner | imported | handled) - declared
+        self.local: set[str] = (stored | set(parameters) | inner | imported | handled) - declared
         own = [argument.arg for argument in [*scope.args.posonlyargs, *scope.args.args]]
         once = [name for name in own if parameters.count(name) == 1 and name not in stored]
-        self.records = {name for i, name in enumerate(own) if i in records and name in once}
+        self.records: set[str] = {name for i, name in enumerate(own) if i in records and name in once}
 
     def read(self) -> None:
         self._arguments(self.scope)

@@ -10,7 +10,7 @@ from shaper_fmu.component import Component, Variable
 from shaper_fmu.errors import BuildError, nearest
 
 
-def visible_variables(component: type[Component]) -> list[Variable]:
+def visible_variables(component: type[Component]) -> list[Variable[Any]]:
     """The variables that the FMU shows, in the order of their declaration."""
     return [v for v in component.variables.values() if v.causality != "state"]
 
@@ -20,7 +20,7 @@ def names_of(component: type[Component], *causalities: str) -> tuple[str, ...]:
     return tuple(v.name for v in component.variables.values() if v.causality in causalities)
 
 
-def dependencies(component: type[Component], output: Variable) -> tuple[str, ...]:
+def dependencies(component: type[Component], output: Variable[Any]) -> tuple[str, ...]:
     """Names of the inputs that act on the output without delay. Raises BuildError if one of them is not an input."""
     inputs = names_of(component, "input")
     if output.depends is None:
@@ -33,7 +33,7 @@ def dependencies(component: type[Component], output: Variable) -> tuple[str, ...
     return output.depends
 
 
-def derivative_of(component: type[Component], variable: Variable) -> Variable | None:
+def derivative_of(component: type[Component], variable: Variable[Any]) -> Variable[Any] | None:
     """The variable that is this one's time derivative, or None. Raises BuildError if it could not be that."""
     if not variable.derivative:
         return None
@@ -47,13 +47,13 @@ def derivative_of(component: type[Component], variable: Variable) -> Variable | 
     return found
 
 
-def continuous_states(component: type[Component]) -> list[tuple[Variable, Variable]]:
+def continuous_states(component: type[Component]) -> list[tuple[Variable[Any], Variable[Any]]]:
     """Pairs (state, its derivative) in the order of `component.continuous_states`.
 
     Raises BuildError for a name that cannot be a state, a missing derivative, or one that serves two states.
     """
     known = names_of(component, "output", "local")
-    pairs: list[tuple[Variable, Variable]] = []
+    pairs: list[tuple[Variable[Any], Variable[Any]]] = []
     for name in component.continuous_states or ():
         if name not in known:
             raise BuildError(
@@ -91,18 +91,18 @@ def output_derivative_order(component: type[Component]) -> int:
     return longest
 
 
-def knowns(component: type[Component], unknown: Variable, states: tuple[str, ...]) -> tuple[str, ...]:
+def knowns(component: type[Component], unknown: Variable[Any], states: tuple[str, ...]) -> tuple[str, ...]:
     """Names of the inputs and continuous states that an output or derivative depends on at one instant; a state is known."""
     return (unknown.name,) if unknown.name in states else (*dependencies(component, unknown), *states)
 
 
-def initial_knowns(component: type[Component], unknown: Variable) -> tuple[str, ...]:
+def initial_knowns(component: type[Component], unknown: Variable[Any]) -> tuple[str, ...]:
     """Names of the inputs and parameters that an output, state, derivative or calculated parameter depends on at the start."""
     inputs = () if unknown.causality == "calculatedParameter" else dependencies(component, unknown)
     return (*inputs, *names_of(component, "parameter"))
 
 
-def initial_unknowns(component: type[Component], states: list[tuple[Variable, Variable]]) -> list[Variable]:
+def initial_unknowns(component: type[Component], states: list[tuple[Variable[Any], Variable[Any]]]) -> list[Variable[Any]]:
     """The initial unknowns: outputs, calculated parameters, states and their derivatives, in declared order."""
     exposed = {v.name for pair in states for v in pair}
     return [

@@ -10,6 +10,7 @@ import enum
 import io
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 from lxml import etree
 
@@ -170,9 +171,9 @@ def _round_up(time: float) -> float:
     return next(step * scale for step in (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0) if step * scale >= time * 0.999)
 
 
-def _panels(component: type[Component], recording: Recording) -> dict[str, list[Variable]]:
+def _panels(component: type[Component], recording: Recording) -> dict[str, list[Variable[Any]]]:
     """Outputs by the unit in which they are shown, truth being one, with inputs of the same unit at the end."""
-    panels: dict[str, list[Variable]] = {}
+    panels: dict[str, list[Variable[Any]]] = {}
     for causality in ("output", "input"):
         for variable in component.variables.values():
             found = [name in recording.series and max(map(abs, recording.series[name])) < 1e100 for name in variable.scalar_names]
@@ -195,7 +196,7 @@ def _caption(component: type[Component], recording: Recording) -> str:
     return f"{text}, when at {recording.span * STEP_AT / INTERVALS:g} s its inputs step: {', '.join(steps)}{end}"
 
 
-def _draw(component: type[Component], recording: Recording, panels: dict[str, list[Variable]]) -> str:
+def _draw(component: type[Component], recording: Recording, panels: dict[str, list[Variable[Any]]]) -> str:
     import matplotlib.style
     from matplotlib.figure import Figure
 
@@ -218,7 +219,7 @@ def _draw(component: type[Component], recording: Recording, panels: dict[str, li
     return _inline(stream.getvalue(), f"{component.__name__}: outputs over time")
 
 
-def _draw_panel(axes: object, unit: str, variables: list[Variable], recording: Recording) -> None:
+def _draw_panel(axes: object, unit: str, variables: list[Variable[Any]], recording: Recording) -> None:
     from matplotlib.axes import Axes
 
     assert isinstance(axes, Axes)

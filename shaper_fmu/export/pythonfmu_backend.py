@@ -25,7 +25,7 @@ _CAPABILITIES = {
 
 _ENTRY = """\
 from {root}.{module} import {name} as _Component
-from {root}.shaper_fmu.export.slave import ComponentSlave, keep
+from {root}.shaper_fmu.export._slave import ComponentSlave, keep
 
 keep(globals())
 

@@ -98,7 +98,7 @@ def _text(value: Any) -> str:
     return str(getattr(value, "name", value))
 
 
-def _written(changed: Component, variable: Variable) -> str:
+def _written(changed: Component, variable: Variable[Any]) -> str:
     """The start value as Python source, with numbers only, since the file imports no types."""
     value = getattr(changed, variable.name)
     plain = [

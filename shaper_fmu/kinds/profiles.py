@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from shaper_fmu.methods.discovery import find_methods
 from shaper_fmu.methods.dispatch import Question, module_text, run_text
@@ -55,8 +55,8 @@ if TYPE_CHECKING:
         two_part = 6
         s_curve = 7
 
-    PARAMETERS: Mapping[str, Variable]
-    FURTHER_PARAMETERS: Mapping[str, Variable]
+    PARAMETERS: Mapping[str, Variable[Any]]
+    FURTHER_PARAMETERS: Mapping[str, Variable[Any]]
     LIST: str
     JUMPING: str
     Three = tuple[float, float, float]

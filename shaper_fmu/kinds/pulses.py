@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from shaper_fmu.methods.discovery import find_methods
 from shaper_fmu.methods.dispatch import Question, module_text, run_text
 from shaper_fmu.pulses.method import PulseMethod
+from shaper_fmu.pulses.workspace import PulseWorkspace
 
 _QUESTIONS = (
     Question("switches_of", "kind, m, room", "switches", "0", "The switches of this kind; see PulseMethod.switches."),
@@ -49,15 +50,15 @@ if TYPE_CHECKING:
         um_zvd = 5
         zv_carrier = 6
 
-    PARAMETERS: Mapping[str, Variable]
-    FURTHER_PARAMETERS: Mapping[str, Variable]
+    PARAMETERS: Mapping[str, Variable[Any]]
+    FURTHER_PARAMETERS: Mapping[str, Variable[Any]]
     LIST: str
     TIMED: str
     FAILURES: Mapping[int, str]
 
-    def switches_of(kind: int, m: Any, room: int) -> int: ...
+    def switches_of(kind: int, m: PulseWorkspace, room: int) -> int: ...
 
-    def reference_of(kind: int, m: Any, s: float) -> float: ...
+    def reference_of(kind: int, m: PulseWorkspace, s: float) -> float: ...
 
     def jumps_at_start(kind: int) -> bool: ...
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from shaper_fmu.methods.discovery import find_methods
 from shaper_fmu.methods.dispatch import Question, module_text, run_text
 from shaper_fmu.shapers.method import ShaperMethod
+from shaper_fmu.shapers.workspace import DesignWorkspace
 
 RESERVED = {"none": 1, "custom": 13}
 """Items that are no methods: InputShaper itself leaves the command alone, and takes the user's impulses."""
@@ -36,7 +37,6 @@ run_text(PACKED_SOURCE, globals())
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from enum import IntEnum
-    from typing import Any
 
     from shaper_fmu.component import Variable
 
@@ -45,11 +45,11 @@ if TYPE_CHECKING:
         zv = 2
         custom = 13
 
-    PARAMETERS: Mapping[str, Variable]
-    FURTHER_PARAMETERS: Mapping[str, Variable]
+    PARAMETERS: Mapping[str, Variable[Any]]
+    FURTHER_PARAMETERS: Mapping[str, Variable[Any]]
     LIST: str
     SOLVED_WITH: tuple[str, ...]
 
-    def impulses_of(kind: int, m: Any, damping_ratio: float) -> int: ...
+    def impulses_of(kind: int, m: DesignWorkspace, damping_ratio: float) -> int: ...
 
     def is_solved(kind: int) -> bool: ...

@@ -136,12 +136,12 @@ def _set(_typing_context: Any, mode: Any) -> Any:
 
 
 @numba.njit("uint64()", cache=CACHES)
-def arithmetic_mode():
+def arithmetic_mode() -> int:
     """The mode of this thread."""
     return _get()  # pyright: ignore[reportCallIssue]
 
 
 @numba.njit("void(uint64)", cache=CACHES)
-def set_arithmetic_mode(mode):
+def set_arithmetic_mode(mode: int) -> None:
     """Set the mode of this thread."""
     _set(mode)  # pyright: ignore[reportCallIssue]

@@ -17,6 +17,7 @@ from shaper_fmu.master import layout as of
 from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.faults import fault_error
+from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.process_state import Share, keeping, put_back
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.signals import Interpolation
@@ -57,9 +58,11 @@ class Batch:
     """
 
     def __init__(self, system: SystemStructure, plan: Plan, metrics: Mapping[str, Metric], varied: Sequence[str]):
-        self.system, self.plan, self._metrics = system, plan, dict(metrics)
+        self.system: SystemStructure = system
+        self.plan: Plan = plan
+        self._metrics = dict(metrics)
         self._simulation = Simulation(system, record=[], metrics=metrics)
-        self.changed = self._simulation.changed
+        self.changed: dict[str, None] = self._simulation.changed
         try:
             self._prepare(varied)
         except BaseException:
@@ -80,7 +83,7 @@ class Batch:
         plan, system = self.plan, self.system
         treatment = treat_events(system, plan.exact)
         self._simulation.instantiate(treatment.exact)
-        self.instances = self._simulation.instances
+        self.instances: dict[str, Instance] = self._simulation.instances
         self._ports = self._start_ports(varied)
         self._program = Program(
             system, self.instances, system.ports([plan.stop_when] if plan.stop_when else []), plan.algorithm,
@@ -96,14 +99,14 @@ class Batch:
         program.reset()
         self._places = np.array(program.start_places(), np.intp)
         self._base = np.array([float(value) for value in self._ports.values()])
-        self.columns = {".".join(port): column for column, port in enumerate(self._ports)}
+        self.columns: dict[str, int] = {".".join(port): column for column, port in enumerate(self._ports)}
         """Where each start value stands in a row."""
         self._in_event_mode = any(instance.event_mode for instance in self.instances.values())
         self._controls = np.zeros(2, of.CONTROL)  # the one in use, and a fresh one
         self._control = self._controls.view(np.recarray)[0]
         self._fill(self._controls.view(np.recarray)[1], treatment.exact)
 
-    def _fill(self, control: Any, exact: bool) -> None:
+    def _fill(self, control: np.record, exact: bool) -> None:
         plan = self.plan
         control.start = control.t = control.smooth_from = plan.start_time
         control.stop, control.step = plan.stop_time, plan.step

@@ -74,43 +74,53 @@ def _writer(kind: Any) -> Any:
     return write
 
 
-read_f8, write_f8 = _reader(types.float64), _writer(types.float64)
-read_f4, write_f4 = _reader(types.float32), _writer(types.float32)
-read_i1, write_i1 = _reader(types.int8), _writer(types.int8)
-read_u1, write_u1 = _reader(types.uint8), _writer(types.uint8)
-read_i2, write_i2 = _reader(types.int16), _writer(types.int16)
-read_u2, write_u2 = _reader(types.uint16), _writer(types.uint16)
-read_i4, write_i4 = _reader(types.int32), _writer(types.int32)
-read_u4, write_u4 = _reader(types.uint32), _writer(types.uint32)
-read_i8, write_i8 = _reader(types.int64), _writer(types.int64)
-read_u8, write_u8 = _reader(types.uint64), _writer(types.uint64)
+read_f8: Any = _reader(types.float64)
+write_f8: Any = _writer(types.float64)
+read_f4: Any = _reader(types.float32)
+write_f4: Any = _writer(types.float32)
+read_i1: Any = _reader(types.int8)
+write_i1: Any = _writer(types.int8)
+read_u1: Any = _reader(types.uint8)
+write_u1: Any = _writer(types.uint8)
+read_i2: Any = _reader(types.int16)
+write_i2: Any = _writer(types.int16)
+read_u2: Any = _reader(types.uint16)
+write_u2: Any = _writer(types.uint16)
+read_i4: Any = _reader(types.int32)
+write_i4: Any = _writer(types.int32)
+read_u4: Any = _reader(types.uint32)
+write_u4: Any = _writer(types.uint32)
+read_i8: Any = _reader(types.int64)
+write_i8: Any = _writer(types.int64)
+read_u8: Any = _reader(types.uint64)
+write_u8: Any = _writer(types.uint64)
 
-simple_call = _foreign(_POINTER)
+simple_call: Any = _foreign(_POINTER)
 """f(instance): fmi3EnterEventMode, fmi3EnterStepMode, fmi2Reset and the like."""
 
-fmi2_setup = _foreign(_POINTER, _INT, _TIME, _TIME, _INT, _TIME)
+fmi2_setup: Any = _foreign(_POINTER, _INT, _TIME, _TIME, _INT, _TIME)
 """fmi2SetupExperiment(instance, tolerance defined, tolerance, start time, stop time defined, stop time)."""
 
-fmi3_enter_initialization = _foreign(_POINTER, _FLAG, _TIME, _TIME, _FLAG, _TIME)
+fmi3_enter_initialization: Any = _foreign(_POINTER, _FLAG, _TIME, _TIME, _FLAG, _TIME)
 """fmi3EnterInitializationMode, with the same arguments."""
 
-fmi2_transfer = _foreign(_POINTER, _POINTER, _POINTER, _POINTER)
+fmi2_transfer: Any = _foreign(_POINTER, _POINTER, _POINTER, _POINTER)
 """fmi2GetReal, fmi2SetReal and the like: f(instance, references, count, values)."""
 
-fmi2_set_slopes = _foreign(_POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
+fmi2_set_slopes: Any = _foreign(_POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
 """fmi2SetRealInputDerivatives(instance, references, count, orders, values)."""
 
-fmi3_transfer = _foreign(_POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
+fmi3_transfer: Any = _foreign(_POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
 """fmi3GetFloat64 and the like: f(instance, references, count, values, value count)."""
 
-fmi3_get_interval_fraction = _foreign(_POINTER, _POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
+fmi3_get_interval_fraction: Any = _foreign(_POINTER, _POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
 """f(instance, references, count, counters, resolutions, qualifiers); the other functions of clocks are called as transfers are."""
 
-fmi2_do_step = _foreign(_POINTER, _TIME, _TIME, _INT)
+fmi2_do_step: Any = _foreign(_POINTER, _TIME, _TIME, _INT)
 """fmi2DoStep(instance, t, h, no going back)."""
 
-fmi3_do_step = _foreign(_POINTER, _TIME, _TIME, _FLAG, _POINTER, _POINTER, _POINTER, _POINTER)
+fmi3_do_step: Any = _foreign(_POINTER, _TIME, _TIME, _FLAG, _POINTER, _POINTER, _POINTER, _POINTER)
 """fmi3DoStep(instance, t, h, no going back, event needed, terminate, early return, time reached)."""
 
-fmi3_update = _foreign(_POINTER, _POINTER, _POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
+fmi3_update: Any = _foreign(_POINTER, _POINTER, _POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
 """fmi3UpdateDiscreteStates(instance, need update, terminate, nominals, values, next event defined, next event time)."""

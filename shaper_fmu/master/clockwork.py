@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.clock_descriptions import PERIODIC, TRIGGERED, Clock
@@ -34,11 +35,11 @@ class Clockwork:
             if instance.event_mode
             for clock in clocks_of(instance.fmu)
         }
-        self.ports = list(self._clocks)
+        self.ports: list[Port] = list(self._clocks)
         self._number_of = {port: number for number, port in enumerate(self.ports)}
         self._listed: list[int] = []  # numbers of clocks that belong to a guard or to another clock
         self._guards: list[tuple[int, int, int, int]] = []
-        self.references = np.array([clock.reference for clock in self._clocks.values()] or [0], np.uint32)
+        self.references: NDArray[np.uint32] = np.array([clock.reference for clock in self._clocks.values()] or [0], np.uint32)
 
     def clocks_of(self, port: Port) -> tuple[int, ...]:
         """The numbers of a variable's clocks; none if it is not clocked."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
@@ -22,7 +24,7 @@ from shaper_fmu.master.transfers import (
 )
 from shaper_fmu.metrics.metric import GATHERED
 
-rounding = inlined(time_rounding)
+rounding: Any = inlined(time_rounding)
 CUT = 2
 """at_event: the step has been shortened."""
 

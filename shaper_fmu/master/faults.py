@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from ctypes import byref, c_int
-from typing import Any
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -26,7 +25,7 @@ _FUNCTIONS = ("DoStep", "EnterEventMode", "EnterStepMode", "UpdateDiscreteStates
 """Functions that are no transfers, by the number that the loop tells."""
 
 
-def fault_error(program: Program, instances: Mapping[str, Instance], control: Any, at: str | None) -> SimulationError:
+def fault_error(program: Program, instances: Mapping[str, Instance], control: np.record, at: str | None) -> SimulationError:
     """The error for the fault that `control` tells of; `at` names the moment where it is not a time."""
     if control.fault >= of.BAD_INTERVAL:
         return SimulationError(clock_fault(program.clocks.ports, program.layout.clocks, control, at))
@@ -65,7 +64,7 @@ def fault_error(program: Program, instances: Mapping[str, Instance], control: An
     return SimulationError(f"{name}{moment(when)}: {function} asked for another update again and again{_said(instance)}")
 
 
-def clock_fault(ports: Sequence[Port], clocks: np.ndarray, control: Any, at: str | None) -> str:
+def clock_fault(ports: Sequence[Port], clocks: np.ndarray, control: np.record, at: str | None) -> str:
     """What is wrong with a clock, in words."""
     number, status, t = int(control.fault_element), int(control.fault_status), float(control.fault_time)
     clock, name = clocks[number], ".".join(ports[number])
@@ -86,7 +85,7 @@ def clock_fault(ports: Sequence[Port], clocks: np.ndarray, control: Any, at: str
     return f"clock {name}{when}: it ticks again and again at this time, since its interval is 0"
 
 
-def warning_notes(program: Program, instances: Mapping[str, Instance], control: Any) -> list[str]:
+def warning_notes(program: Program, instances: Mapping[str, Instance], control: np.record) -> list[str]:
     """What a user should know of calls that returned a warning."""
     if not control.warnings:
         return []

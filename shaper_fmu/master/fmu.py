@@ -61,20 +61,21 @@ class Fmu:
 
     def __init__(self, name: str, content: bytes):
         self.name = name
-        self.folder = _new_folder(name)
+        self.folder: Path = _new_folder(name)
         weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
         _unpacked.add(self)
         extract_archive(content, name, self.folder)
-        self.digest = hashlib.sha256(content).hexdigest()
-        self.description, findings = _coupled_description(name, self.folder)
-        self.findings = [*archive_findings(content, name), *findings]
-        self.version = int(str(self.description.fmiVersion)[0])
+        self.digest: str = hashlib.sha256(content).hexdigest()
+        description, findings = _coupled_description(name, self.folder)
+        self.description: ModelDescription = description
+        self.findings: list[str] = [*archive_findings(content, name), *findings]
+        self.version: int = int(str(self.description.fmiVersion)[0])
         self.structure: dict[str, float | int | bool] = {}
         self._looked_at: dict[Path, list[str]] = {}
         self._lay_out()
         assert self.description.coSimulation is not None  # checked by _coupled_description
         self.co_simulation: CoSimulation = self.description.coSimulation
-        self.readable_after_set = declares_readable_after_set(self.folder, name, self.version)
+        self.readable_after_set: bool = declares_readable_after_set(self.folder, name, self.version)
         self._units = {unit.name: unit for unit in self.description.unitDefinitions}
 
     @without_collector()

@@ -91,11 +91,13 @@ class Instance:
     """
 
     def __init__(self, name: str, fmu: Fmu, event_mode: bool = True, model_exchange: bool = False):
-        self.name, self.fmu = name, fmu
+        self.name: str = name
+        self.fmu: Fmu = fmu
         self._model_exchange = model_exchange
         self.log: deque[str] = deque(maxlen=20)
-        self.usable = self.fatal = False
-        self.event_mode = event_mode and fmu.has_event_mode
+        self.usable: bool = False
+        self.fatal: bool = False
+        self.event_mode: bool = event_mode and fmu.has_event_mode
         self._arrays: dict[tuple[int, str], list[Any]] = {}  # values of FMI 3.0 arrays, which can be set as a whole only
         self._environment = max(_logs, default=0) + 1
         self._once = once_key(fmu, model_exchange)

@@ -177,13 +177,13 @@ class _Watched(Simulation):
     window: np.ndarray
     _shared: Any = None
 
-    def _controller(self, program: Any, control: Any, *others: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def _controller(self, program: Any, control: np.record, *others: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
         return super()._controller(program, self._moved(control), *others)
 
-    def _stepped(self, program: Any, control: Any, *others: Any) -> Results:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def _stepped(self, program: Any, control: np.record, *others: Any) -> Results:  # pyright: ignore[reportIncompatibleMethodOverride]
         return super()._stepped(program, self._moved(control), *others)
 
-    def _moved(self, control: Any) -> Any:
+    def _moved(self, control: np.record) -> Any:
         if self._shared is None:
             self._shared = self.window.view(np.recarray)[0]
             for field in of.CONTROL.names or ():

@@ -15,6 +15,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from subprocess import Popen
 from typing import IO, Any
 
 import numpy as np
@@ -48,7 +49,7 @@ class Child:
     ):
         self._begun = self._killed = False
         self._quiet = quiet
-        self.ended_itself = True  # it has not been killed for what it did to its channel; see `end`
+        self.ended_itself: bool = True  # it has not been killed for what it did to its channel; see `end`
         self._answers: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._sink = sink or self._answers.put
         self._tail = b""
@@ -63,7 +64,7 @@ class Child:
                 self._memory, window = mmap.mmap(file.fileno(), size), str(file.fileno())
                 options["pass_fds"] = (file.fileno(),)
             command, environment = with_search_path(code.format(window=window))
-            self.process = subprocess.Popen(
+            self.process: Popen[str] = subprocess.Popen(
                 command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment, **options
             )
         self._threads = [threading.Thread(target=work, daemon=True) for work in (self._listen, self._relay)]

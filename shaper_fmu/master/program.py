@@ -12,14 +12,15 @@ from shaper_fmu.master.clockwork import Clockwork
 from shaper_fmu.master.fmu import event_output
 from shaper_fmu.master.guards import causes_of_inputs
 from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.layout import Layout
 from shaper_fmu.master.linear_inputs import LinearInputs, lay_out, linear_inputs
 from shaper_fmu.master.metrics import metric_rows, metric_variables
 from shaper_fmu.master.operations import Operations
-from shaper_fmu.master.signals import Table
+from shaper_fmu.master.signals import Signal, Table
 from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.transfer_writer import Operation, TransferWriter
 from shaper_fmu.master.variables import items_of, kind_of
-from shaper_fmu.master.wiring import Port
+from shaper_fmu.master.wiring import Loop, Port
 from shaper_fmu.metrics.metric import Metric
 
 
@@ -50,13 +51,15 @@ class Program:
         linear: bool,
         starts: Collection[Port] = (),
     ):
-        self.system, self.instances, self.connections = system, instances, connections
-        self.names = list(instances)
+        self.system: SystemStructure = system
+        self.instances: Mapping[str, Instance] = instances
+        self.connections: Mapping[Port, Port] = connections
+        self.names: list[str] = list(instances)
         self._algorithm = algorithm
         self._starts = starts
         self._asked: tuple[float, list[float]] | None = None  # what the functions have given last, each asked once for a time
-        self.loops = system.signal_order()[1]
-        self.clocks = Clockwork(instances, system.clock_connections)
+        self.loops: list[Loop] = system.signal_order()[1]
+        self.clocks: Clockwork = Clockwork(instances, system.clock_connections)
         self._metrics = metrics
         self._event_ports = _event_ports(system) if exact else []
         ports: Iterable[Port] = [*connections.values(), *recorded, *system.ports(metric_variables(metrics)), *self._event_ports]
@@ -64,10 +67,10 @@ class Program:
         functions = {port: signal for port, signal in system.signals.items() if not isinstance(signal, Table)}
         for port in [*(port for port in system.signals if port not in functions), *functions]:
             self._places[("signal", *port)] = len(self._places)
-        self.signals = [(self._places[("signal", *port)], signal) for port, signal in functions.items()]
+        self.signals: list[tuple[int, Signal]] = [(self._places[("signal", *port)], signal) for port, signal in functions.items()]
         for port in functions:
             self._places[("signal at the end", *port)] = len(self._places)
-        self.linear_inputs = linear_inputs(instances, connections) if linear else []
+        self.linear_inputs: list[Port] = linear_inputs(instances, connections) if linear else []
         for port in self.linear_inputs:
             self._places[("held", *connections[port])] = len(self._places)
         numbers = {name: i for i, name in enumerate(self.names)}
@@ -81,10 +84,10 @@ class Program:
             system, instances, connections, self._writer, self._places, causes, self._event_ports, self.clocks
         )
         programs = self._operations.programs(algorithm, self.linear_inputs, self._linear.calls, starts)
-        self.labels = self._writer.labels
-        self.layout = self._layout(programs, recorded)
+        self.labels: list[tuple[str, str, list[str]]] = self._writer.labels
+        self.layout: Layout = self._layout(programs, recorded)
         self._addresses = of.addresses_of(self.layout)
-        self.address = self._addresses.ctypes.data
+        self.address: int = self._addresses.ctypes.data
 
     def reset(self) -> None:
         """Bring what the loop changes back to the state before a run, whose start values have been set."""
@@ -168,7 +171,7 @@ class Program:
         for i, (place, scaling, (pairs, closed)) in enumerate(zip(writer.places, writer.scalings, writer.mappings, strict=True)):
             elements[i] = (bus.ctypes.data + 8 * place, *scaling, mappings.ctypes.data + 16 * mapped, len(pairs), closed)
             mapped += len(pairs)
-        self.sources = writer.grouped
+        self.sources: list[list[int]] = writer.grouped
         for i, instance in enumerate(self.instances.values()):
             tolerance = instance.fmu.default_tolerance or 0.0
             instances[i] = (*instance.entry_points(), tolerance, memory.ctypes.data + answers + 64 * i, of.NO_EVENT)

@@ -166,7 +166,7 @@ class Simulation:
         notes += step_notes(self.system, treatment, step, [self._scales])
         return self._stepped(program, control, progress, notes, controller)
 
-    def _controller(self, program: Program, control: Any, tolerance: float) -> StepControl:
+    def _controller(self, program: Program, control: np.record, tolerance: float) -> StepControl:
         if not (math.isfinite(tolerance) and tolerance > 0.0):
             raise ModelError([f"tolerance = {tolerance} must be a positive number"])
         return StepControl(program, control, tolerance)
@@ -181,7 +181,12 @@ class Simulation:
         return self._programs[key]
 
     def _stepped(
-        self, program: Program, control: Any, progress: Progress | None, notes: tuple[str, ...], controller: StepControl | None
+        self,
+        program: Program,
+        control: np.record,
+        progress: Progress | None,
+        notes: tuple[str, ...],
+        controller: StepControl | None,
     ) -> Results:
         """Step to the end. The record grows where events take more room."""
         rows = int(control.steps) + 2 + (64 if control.everywhere else 0)
@@ -220,7 +225,7 @@ class Simulation:
             progress(float(control.stop))
         return self._results(program, control, times, record, notes)
 
-    def _step_with_signals(self, program: Program, control: Any) -> int:
+    def _step_with_signals(self, program: Program, control: np.record) -> int:
         """A step of a system with inputs that Python functions give."""
         compiled.plan_step(program.address, control)
         ask_functions(program, control, float(control.target))
@@ -228,10 +233,12 @@ class Simulation:
             return compiled.FAULT
         return compiled.FINISHED if control.done >= control.steps else compiled.GOING_ON
 
-    def _fault(self, program: Program, control: Any, at: str | None = None) -> SimulationError:
+    def _fault(self, program: Program, control: np.record, at: str | None = None) -> SimulationError:
         return fault_error(program, self.instances, control, at)
 
-    def _initialize(self, program: Program, control: Any, start_values: Mapping[str, Any], solver_tolerance: float | None) -> None:
+    def _initialize(
+        self, program: Program, control: np.record, start_values: Mapping[str, Any], solver_tolerance: float | None
+    ) -> None:
         extra: dict[str, dict[str, Any]] = {name: {} for name in self.instances}
         for name, value in start_values.items():
             self.system.check_settable(name)
@@ -267,14 +274,16 @@ class Simulation:
                 found[port] = float(self.instances[port[0]].get_values([port[1]])[0])
         return found
 
-    def _solve_loops(self, program: Program, control: Any, t: float) -> None:
+    def _solve_loops(self, program: Program, control: np.record, t: float) -> None:
         def exchange() -> None:
             if not compiled.exchange(program.address, control, t):
                 raise self._fault(program, control, "initialization")
 
         solve_loops(program.loops, program.layout.bus, program.cut_places(), exchange)
 
-    def _results(self, program: Program, control: Any, times: np.ndarray, record: np.ndarray, notes: tuple[str, ...]) -> Results:
+    def _results(
+        self, program: Program, control: np.record, times: np.ndarray, record: np.ndarray, notes: tuple[str, ...]
+    ) -> Results:
         """The results recorded so far."""
         times, columns = times[: control.rows], np.ascontiguousarray(record[: control.rows].T)
         notes = (*notes, *process_notes(self.changed), *warning_notes(program, self.instances, control))
@@ -294,7 +303,7 @@ class Simulation:
         )
 
 
-def set_exact(control: Any, program: Program, exact: bool) -> None:
+def set_exact(control: np.record, program: Program, exact: bool) -> None:
     """Whether steps end at events; if not, clocks tick at points of the grid, and tables jump there."""
     control.exact = exact or bool(program.clocks.ports)
     control.on_grid = control.exact and not exact
@@ -325,7 +334,7 @@ def ends_whole(start_time: float, stop_time: float, step: float, steps: int) -> 
     return abs(start_time + steps * step - stop_time) <= 1e-9 * step + 4.0 * math.ulp(max(abs(start_time), abs(stop_time)))
 
 
-def _record_into(control: Any, times: np.ndarray, record: np.ndarray) -> None:
+def _record_into(control: np.record, times: np.ndarray, record: np.ndarray) -> None:
     """Have the loop go on writing rows to these arrays, of shapes (rows,) and (rows, recorded)."""
     control.room = len(times)
     control.next_time = times.ctypes.data + int(control.rows) * times.itemsize

@@ -8,7 +8,6 @@ by the FMUs' saved states and tried again, shorter. What goes on is the result o
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -34,7 +33,7 @@ def check_rollback(instances: Mapping[str, Instance]) -> None:
             raise ModelError([f"control of the step size needs steps of other lengths, which {name} does not take"])
 
 
-def ask_functions(program: Program, control: Any, target: float) -> None:
+def ask_functions(program: Program, control: np.record, target: float) -> None:
     """Ask the functions that give inputs for the values that a step to the target needs."""
     if control.exchange:
         program.ask_functions(target)
@@ -45,14 +44,14 @@ def ask_functions(program: Program, control: Any, target: float) -> None:
 class StepControl:
     """Steps of controlled size within the intervals of the grid; `tolerance` is relative to 1 + |value|, per step."""
 
-    def __init__(self, program: Program, control: Any, tolerance: float):
+    def __init__(self, program: Program, control: np.record, tolerance: float):
         self._order = 2 if program.linear_inputs else 1
         control.returning = 1
         check_rollback(program.instances)
         self._program, self._control, self._tolerance = program, control, tolerance
         self._judged = program.continuous_places()
         self._step = float(control.step)
-        self.rejected = 0
+        self.rejected: int = 0
 
     def advance(self) -> int:
         """Take one accepted step; returns a code of the compiled loop's."""
@@ -115,7 +114,7 @@ class StepControl:
 class _Saved:
     """All that a step changes: the FMUs' states and the loop's numbers."""
 
-    def __init__(self, program: Program, control: Any):
+    def __init__(self, program: Program, control: np.record):
         self._program, self._control = program, control
         self._states = {name: instance.save_state() for name, instance in program.instances.items()}
         layout = program.layout

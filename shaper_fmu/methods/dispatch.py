@@ -101,7 +101,7 @@ def _call(one: Found[Any], question: Question, imports: list[str]) -> str:
 
 def _parameters(methods: Iterable[Found[Method]], imports: list[str]) -> tuple[str, str]:
     """The parameters of shaper-fmu's own methods, and those that other packages add: they come last, and move no others."""
-    known: dict[str, Variable] = {}
+    known: dict[str, Variable[Any]] = {}
     own: list[str] = []
     further: list[str] = []
     for one in methods:

@@ -31,7 +31,7 @@ class Method:
     summary: str
     paper: str = ""
     title: str = ""
-    parameters: Mapping[str, Variable] = field(default_factory=dict)
+    parameters: Mapping[str, Variable[Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name, variable in self.parameters.items():
@@ -59,7 +59,7 @@ class Method:
         return f"- {self.name}: {self.described}"
 
 
-def declare(body: dict[str, Any], parameters: Mapping[str, Variable]) -> None:
+def declare(body: dict[str, Any], parameters: Mapping[str, Variable[Any]]) -> None:
     """Declare methods' parameters among the variables in the body of a component's class, `body` = locals()."""
     for name, variable in parameters.items():
         if name in body:

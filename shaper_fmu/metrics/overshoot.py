@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 
 from shaper_fmu.metrics.metric import Metric
@@ -11,7 +13,7 @@ class Overshoot(Metric, tag="overshoot", frozen=True):
     """How far the output goes beyond its final value, as a share of its way from start to end; 0 if it does not move."""
 
     unit = "%"
-    factor = 100.0
+    factor: ClassVar[float] = 100.0
 
     def values(self, gathered: np.ndarray) -> np.ndarray:
         first, last = gathered["first"], gathered["last"]

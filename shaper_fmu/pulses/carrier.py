@@ -14,6 +14,8 @@ import math
 from shaper_fmu.profiles.cycloid_versine_ramp import cycloid_versine_ramp
 from shaper_fmu.pulses.method import PulseMethod
 from shaper_fmu.pulses.minimum_width import enforce_minimum_width
+from shaper_fmu.pulses.workspace import PulseWorkspace
+from shaper_fmu.variable import Array
 
 COINCIDENT = 1e-12
 """Switches closer than this part of the travel time are one: the profile only touches the carrier."""
@@ -31,7 +33,7 @@ def carrier_frequency(natural_frequency: float, damping_ratio: float, frequency_
 
 
 def carrier_switches(
-    switch_time, room: int, duration: float, natural_frequency: float, damping_ratio: float, frequency: float
+    switch_time: Array, room: int, duration: float, natural_frequency: float, damping_ratio: float, frequency: float
 ) -> int:
     """Switch times [s] of the profile of `duration` [s] against the carrier of `frequency` [Hz] into switch_time.
 
@@ -67,7 +69,7 @@ def carrier_switches(
     return close_command(switch_time, count, duration)
 
 
-def close_command(switch_time, count: int, duration: float) -> int:
+def close_command(switch_time: Array, count: int, duration: float) -> int:
     """End the command: on from `duration` [s] on, and coincident switches removed; returns the new count."""
     if count % 2 == 0:
         switch_time[count] = duration
@@ -134,13 +136,13 @@ def _crossing(
     return x
 
 
-def carrier(m, room):
+def carrier(m: PulseWorkspace, room: int) -> int:
     """The profile's switches against the carrier into m.switch_time; returns their number, -1 for more than `room`."""
     m.frequency = carrier_frequency(m.natural_frequency, m.damping_ratio, m.frequency_ratio)
     return carrier_switches(m.switch_time, room, m.duration, m.natural_frequency, m.damping_ratio, m.frequency)
 
 
-def profile_reference(m, s):
+def profile_reference(m: PulseWorkspace, s: float) -> float:
     """The profile at s [s]."""
     position, _, _ = cycloid_versine_ramp(max(0.0, min(m.travel_time, s)), m.duration, m.natural_frequency, m.damping_ratio)
     return position

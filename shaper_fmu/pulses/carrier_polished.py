@@ -14,6 +14,8 @@ from shaper_fmu.pulses.carrier import carrier, profile_reference
 from shaper_fmu.pulses.method import PulseMethod
 from shaper_fmu.pulses.minimum_width import enforce_minimum_width, remove_pair
 from shaper_fmu.pulses.residual import shortest_width, switch_residual
+from shaper_fmu.pulses.workspace import PulseWorkspace
+from shaper_fmu.variable import Array
 
 SOLVED = 1e-12
 """The largest V that counts as none."""
@@ -21,7 +23,9 @@ _NEAREST_STEPS = 30
 _NEWTON_STEPS = 10
 
 
-def polish_switches(switch_time, original, count: int, duration: float, natural_frequency: float, damping_ratio: float) -> int:
+def polish_switches(
+    switch_time: Array, original: Array, count: int, duration: float, natural_frequency: float, damping_ratio: float
+) -> int:
     """Shift `count` switches [s] so that V = 0; `original` is room for as many. natural_frequency in rad/s.
 
     Returns the number of switches that remain, or 0 if no shift within the bounds was found.
@@ -52,7 +56,7 @@ def polish_switches(switch_time, original, count: int, duration: float, natural_
     return 0
 
 
-def _worst_crossing(switch_time, count: int) -> int:
+def _worst_crossing(switch_time: Array, count: int) -> int:
     """Index of the first switch of the pair that crossed most, or -1."""
     worst = -1
     least = 0.0
@@ -65,7 +69,14 @@ def _worst_crossing(switch_time, count: int) -> int:
 
 
 def _shift(
-    switch_time, original, begin: int, end: int, count: int, duration: float, natural_frequency: float, damping_ratio: float
+    switch_time: Array,
+    original: Array,
+    begin: int,
+    end: int,
+    count: int,
+    duration: float,
+    natural_frequency: float,
+    damping_ratio: float,
 ) -> bool:
     """Shift the switches begin .. end - 1 to V = 0, as near to the original ones as can be; false if that fails."""
     for k in range(_NEAREST_STEPS + _NEWTON_STEPS):
@@ -78,8 +89,8 @@ def _shift(
 
 
 def _correct(
-    switch_time,
-    original,
+    switch_time: Array,
+    original: Array,
     begin: int,
     end: int,
     count: int,
@@ -132,7 +143,7 @@ def _correct(
 
 
 def polish_until_wide(
-    switch_time, original, count: int, duration: float, natural_frequency: float, damping_ratio: float, limit: float
+    switch_time: Array, original: Array, count: int, duration: float, natural_frequency: float, damping_ratio: float, limit: float
 ) -> int:
     """Polish, and again without the pulses and gaps that are shorter than `limit` [s], until V = 0 and none is.
 
@@ -146,7 +157,7 @@ def polish_until_wide(
     return 0
 
 
-def polished(m, room):
+def polished(m: PulseWorkspace, room: int) -> int:
     """The carrier's switches, polished, into m.switch_time; returns their number."""
     count = carrier(m, room)
     if count <= 0:

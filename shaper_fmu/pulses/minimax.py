@@ -18,6 +18,8 @@ import math
 
 from shaper_fmu.pulses.method import PulseMethod
 from shaper_fmu.pulses.residual import switch_residual
+from shaper_fmu.pulses.workspace import PulseWorkspace
+from shaper_fmu.variable import Array
 
 SWITCHES = 5
 BAND = 0.2
@@ -28,7 +30,7 @@ _FREQUENCIES = 16  # intervals of the band
 _GOLDEN = 0.6180339887498949
 
 
-def minimax_switches(switch_time, duration: float, natural_frequency: float, damping_ratio: float, band: float) -> float:
+def minimax_switches(switch_time: Array, duration: float, natural_frequency: float, damping_ratio: float, band: float) -> float:
     """Switch times [s] for the travel time `duration` [s] into switch_time; natural_frequency in rad/s.
 
     Returns the largest V in the band, or 1e300 if there is no such command; durations from that of UM-ZV, about a third
@@ -59,7 +61,7 @@ def minimax_switches(switch_time, duration: float, natural_frequency: float, dam
     return best
 
 
-def _worst(switch_time, span: float, damping_ratio: float, band: float) -> float:
+def _worst(switch_time: Array, span: float, damping_ratio: float, band: float) -> float:
     """The largest V in the band, at 17 frequencies; 1e300 if the switches are not in order."""
     if not 0.0 <= switch_time[1] <= switch_time[2] <= switch_time[3] <= span:
         return NONE
@@ -89,7 +91,7 @@ def _other_switch(held: int, value: float, t3: float, span: float, damping_ratio
     return other, math.sqrt(real * real + imaginary * imaginary) - math.exp(damping_ratio * (other - span))
 
 
-def _scan(switch_time, held: int, span: float, damping_ratio: float, band: float) -> tuple[float, float, float, float]:
+def _scan(switch_time: Array, held: int, span: float, damping_ratio: float, band: float) -> tuple[float, float, float, float]:
     """The best (worst V, t1, t2, t3) on a grid of the held time, with all t3 that a grid brackets."""
     best = NONE
     best1 = 0.0
@@ -134,7 +136,7 @@ def _bisect(held: int, value: float, a: float, b: float, above: bool, span: floa
     return other, a
 
 
-def _follow(switch_time, held: int, span: float, damping_ratio: float) -> bool:
+def _follow(switch_time: Array, held: int, span: float, damping_ratio: float) -> bool:
     """Solve for the two times of t1, t2, t3 that are not held by Newton's method from those given; false if it fails."""
     damped = math.sqrt(1.0 - damping_ratio * damping_ratio)
     free = 3 - held
@@ -175,7 +177,7 @@ def _slope(time: float, index: int, span: float, damping_ratio: float) -> tuple[
 
 
 def _tried(
-    switch_time, held: int, value: float, span: float, damping_ratio: float, band: float, t1: float, t2: float, t3: float
+    switch_time: Array, held: int, value: float, span: float, damping_ratio: float, band: float, t1: float, t2: float, t3: float
 ) -> float:
     """The worst V with the held time at `value`, the others followed from t1, t2, t3 into switch_time; 1e300 if impossible."""
     switch_time[1] = t1
@@ -188,7 +190,7 @@ def _tried(
 
 
 def _refine(
-    switch_time, held: int, span: float, damping_ratio: float, band: float, best: float, t1: float, t2: float, t3: float
+    switch_time: Array, held: int, span: float, damping_ratio: float, band: float, best: float, t1: float, t2: float, t3: float
 ) -> tuple[float, float, float, float]:
     """Golden section search for the held time between its neighbours on the grid, from the solution given."""
     known = t2 if held == 2 else t1
@@ -217,7 +219,7 @@ def _refine(
     return at_middle, switch_time[1], switch_time[2], switch_time[3]
 
 
-def minimax(m, room):
+def minimax(m: PulseWorkspace, room: int) -> int:
     """The five switches into m.switch_time."""
     worst = minimax_switches(m.switch_time, m.duration, m.natural_frequency, m.damping_ratio, BAND)
     if worst >= NONE:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from shaper_fmu.pulses.method import PulseMethod
+from shaper_fmu.pulses.workspace import PulseWorkspace
 from shaper_fmu.shapers.unity_magnitude import unity_magnitude_zv, unity_magnitude_zvd
 
 
-def _zv(m, room):
+def _zv(m: PulseWorkspace, room: int) -> int:
     return _switches(m, unity_magnitude_zv(m, m.damping_ratio))
 
 
-def _zvd(m, room):
+def _zvd(m: PulseWorkspace, room: int) -> int:
     return _switches(m, unity_magnitude_zvd(m, m.damping_ratio))
 
 
-def _switches(m, count):
+def _switches(m: PulseWorkspace, count: int) -> int:
     """The impulses' times [s] as switches."""
     for i in range(count):
         m.switch_time[i] = m.factor_delay[i] / m.natural_frequency

@@ -10,6 +10,8 @@ import math
 
 from shaper_fmu.pulses.carrier import carrier_frequency, close_command
 from shaper_fmu.pulses.method import PulseMethod
+from shaper_fmu.pulses.workspace import PulseWorkspace
+from shaper_fmu.variable import Array
 
 
 def staircase_level(damping_ratio: float) -> float:
@@ -22,7 +24,7 @@ def half_damped_period(natural_frequency: float, damping_ratio: float) -> float:
     return math.pi / (natural_frequency * math.sqrt(1.0 - damping_ratio * damping_ratio))
 
 
-def zv_carrier_switches(switch_time, room: int, natural_frequency: float, damping_ratio: float, frequency: float) -> int:
+def zv_carrier_switches(switch_time: Array, room: int, natural_frequency: float, damping_ratio: float, frequency: float) -> int:
     """Switch times [s] for the carrier of `frequency` [Hz] into switch_time; natural_frequency in rad/s.
 
     Returns their number, always odd, or -1 if there are more than `room`.
@@ -46,14 +48,14 @@ def zv_carrier_switches(switch_time, room: int, natural_frequency: float, dampin
     return close_command(switch_time, count, duration)
 
 
-def zv_carrier(m, room):
+def zv_carrier(m: PulseWorkspace, room: int) -> int:
     """The staircase's switches into m.switch_time; returns their number, -1 for more than `room`."""
     m.frequency = carrier_frequency(m.natural_frequency, m.damping_ratio, m.frequency_ratio)
     m.travel_time = half_damped_period(m.natural_frequency, m.damping_ratio)
     return zv_carrier_switches(m.switch_time, room, m.natural_frequency, m.damping_ratio, m.frequency)
 
 
-def staircase(m, s):
+def staircase(m: PulseWorkspace, s: float) -> float:
     """The staircase before its second step."""
     return staircase_level(m.damping_ratio)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from shaper_fmu.page.blocks import Block
-from shaper_fmu.renamed import renamed_attribute
+from shaper_fmu.renamed import warn_renamed
 
 Verdict = Literal["reproduced", "not reproduced", "not decidable"]
 
@@ -27,7 +27,11 @@ class Claim:
     verdict: Verdict
     why: str
 
-    words = renamed_attribute("words", "statement")
+    @property
+    def words(self) -> str:
+        """The old name of `statement`."""
+        warn_renamed("Claim.words", "statement")
+        return self.statement
 
 
 @dataclass(frozen=True)

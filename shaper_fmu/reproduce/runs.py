@@ -50,7 +50,10 @@ class OscillatorBench:
     def __init__(
         self, build: Callable[[System], str], stop_time: float, step: float, stiffness: float = 1.0, keep: Sequence[str] = ()
     ):
-        self.stop_time, self.step, self.stiffness, self.keep = stop_time, step, stiffness, list(keep)
+        self.stop_time: float = stop_time
+        self.step: float = step
+        self.stiffness: float = stiffness
+        self.keep: list[str] = list(keep)
         system, alone = System("bench"), System("step")
         for one in (system, alone):
             one.add("plant", fmu_path("MassSpringDamper"), stiffness=stiffness)

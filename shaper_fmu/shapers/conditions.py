@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 
+from shaper_fmu.variable import Array, Values
+
 _LARGEST_EXPONENT = 500.0  # far beyond any solution, but an attempt of Newton's method must not overflow
 
 
-def vibration_sums(amplitude, delay, count, damping, ratio):
+def vibration_sums(amplitude: Values, delay: Values, count: int, damping: float, ratio: float) -> tuple[float, float, float, float]:
     """The residual's cosine and sine sums and their derivatives by the frequency ratio."""
     damped = math.sqrt(1.0 - damping * damping)
     cosine = 0.0
@@ -30,7 +32,7 @@ def vibration_sums(amplitude, delay, count, damping, ratio):
     return cosine, sine, cosine_slope, sine_slope
 
 
-def zero_at(f, row, amplitude, delay, count, damping, ratio):
+def zero_at(f: Array, row: int, amplitude: Values, delay: Values, count: int, damping: float, ratio: float) -> int:
     """Two equations from `row` on: no residual at this ratio; returns the next row."""
     cosine, sine, _, _ = vibration_sums(amplitude, delay, count, damping, ratio)
     f[row] = cosine
@@ -38,7 +40,7 @@ def zero_at(f, row, amplitude, delay, count, damping, ratio):
     return row + 2
 
 
-def flat_zero_at(f, row, amplitude, delay, count, damping, ratio):
+def flat_zero_at(f: Array, row: int, amplitude: Values, delay: Values, count: int, damping: float, ratio: float) -> int:
     """Four equations: no residual and no first derivative of it at this ratio; returns the next row."""
     cosine, sine, cosine_slope, sine_slope = vibration_sums(amplitude, delay, count, damping, ratio)
     f[row] = cosine
@@ -48,7 +50,9 @@ def flat_zero_at(f, row, amplitude, delay, count, damping, ratio):
     return row + 4
 
 
-def hump_at(f, row, amplitude, delay, count, damping, ratio, tolerance):
+def hump_at(
+    f: Array, row: int, amplitude: Values, delay: Values, count: int, damping: float, ratio: float, tolerance: float
+) -> int:
     """Two equations: V equals the tolerance and has an extremum at this ratio; returns the next row."""
     cosine, sine, cosine_slope, sine_slope = vibration_sums(amplitude, delay, count, damping, ratio)
     f[row] = (cosine * cosine + sine * sine) / tolerance - tolerance
@@ -56,7 +60,7 @@ def hump_at(f, row, amplitude, delay, count, damping, ratio, tolerance):
     return row + 2
 
 
-def rising(values, first, last):
+def rising(values: Values, first: int, last: int) -> bool:
     """Whether values[first] .. values[last] rise."""
     for i in range(first, last):
         if not values[i] < values[i + 1]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from shaper_fmu.variable import Array, Values
+
 COINCIDENT = 1e-12
 """Impulses closer than this fraction of the shaper duration are one."""
 
 
-def convolve(amplitude, delay, count: int, factor_amplitude, factor_delay, factor_count: int) -> int:
+def convolve(amplitude: Array, delay: Array, count: int, factor_amplitude: Values, factor_delay: Values, factor_count: int) -> int:
     """Convolve the first `count` impulses with those of the factor, in place, sorted and merged; returns their number.
 
     Every pair of impulses gives one of amplitude A_i B_j at t_i + s_j. The arrays must hold count * factor_count.
@@ -20,7 +22,7 @@ def convolve(amplitude, delay, count: int, factor_amplitude, factor_delay, facto
     return merge_coincident(amplitude, delay, count * factor_count)
 
 
-def sort_by_delay(amplitude, delay, count: int) -> None:
+def sort_by_delay(amplitude: Array, delay: Array, count: int) -> None:
     """Sort the first `count` impulses by their delay, in place, keeping the order of equal ones."""
     for k in range(1, count):
         a = amplitude[k]
@@ -34,7 +36,7 @@ def sort_by_delay(amplitude, delay, count: int) -> None:
         delay[i] = d
 
 
-def merge_coincident(amplitude, delay, count: int) -> int:
+def merge_coincident(amplitude: Array, delay: Array, count: int) -> int:
     """Add up impulses that coincide among the first `count`, sorted ones; returns how many remain."""
     kept = 0
     for k in range(1, count):

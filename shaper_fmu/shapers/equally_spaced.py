@@ -8,11 +8,16 @@ from __future__ import annotations
 
 import math
 
-from shaper_fmu.component import Parameter
+from shaper_fmu.component import Parameter, Variable
 from shaper_fmu.shapers.method import ShaperMethod
+from shaper_fmu.shapers.workspace import DesignWorkspace
 
 
-def modified_zv(m, damping_ratio):
+class _Workspace(DesignWorkspace):
+    equal_impulses: Variable[int]
+
+
+def modified_zv(m: DesignWorkspace, damping_ratio: float) -> int:
     """MZV for 1 rad/s into m.factor_amplitude, m.factor_delay; returns 3."""
     m.factor_amplitude[0] = 1.0 - math.sqrt(0.5)
     m.factor_amplitude[1] = math.sqrt(2.0) - 1.0
@@ -20,14 +25,14 @@ def modified_zv(m, damping_ratio):
     return _equally_spaced(m, 3, 0.375, damping_ratio)
 
 
-def equal_impulses(m, damping_ratio):
+def equal_impulses(m: _Workspace, damping_ratio: float) -> int:
     """MISZV with m.equal_impulses >= 2 impulses for 1 rad/s; returns their number."""
     for i in range(m.equal_impulses):
         m.factor_amplitude[i] = 1.0
     return _equally_spaced(m, m.equal_impulses, 1.0 / m.equal_impulses, damping_ratio)
 
 
-def _equally_spaced(m, count, spacing, damping_ratio):
+def _equally_spaced(m: DesignWorkspace, count: int, spacing: float, damping_ratio: float) -> int:
     """Space by this share of the damped period, scale by the decay over it, and normalise to the sum 1."""
     period = 2.0 * math.pi / math.sqrt(1.0 - damping_ratio * damping_ratio)
     decay = math.exp(-damping_ratio * spacing * period)

@@ -13,9 +13,11 @@ import math
 from shaper_fmu.shapers.conditions import hump_at, rising, zero_at
 from shaper_fmu.shapers.method import ShaperMethod
 from shaper_fmu.shapers.newton import follow_damping
+from shaper_fmu.shapers.workspace import DesignWorkspace
+from shaper_fmu.variable import Array
 
 
-def extra_insensitive(m, humps, damping_ratio):
+def extra_insensitive(m: DesignWorkspace, humps: int, damping_ratio: float) -> int:
     """Write the sequence for 1 rad/s into m.factor_amplitude, m.factor_delay; returns the number of impulses, 0 if none is found.
 
     Reads m.vibration_tolerance (0 < V < 1).
@@ -36,7 +38,7 @@ def extra_insensitive(m, humps, damping_ratio):
     return count
 
 
-def _undamped_impulses(m, humps):
+def _undamped_impulses(m: DesignWorkspace, humps: int) -> None:
     v = m.vibration_tolerance
     a = m.factor_amplitude
     if humps == 1:
@@ -57,7 +59,7 @@ def _undamped_impulses(m, humps):
         a[4] = a[0]
 
 
-def _undamped_marks(m, humps, first):
+def _undamped_marks(m: DesignWorkspace, humps: int, first: int) -> None:
     """Zeros and maxima of V from left to right, without the middle one, which lies at the ratio 1."""
     a = m.factor_amplitude
     x = m.unknown
@@ -77,14 +79,14 @@ def _undamped_marks(m, humps, first):
         x[first + 2 * humps - 1 - i] = 2.0 - x[first + i]
 
 
-def _pack(m, count):
+def _pack(m: DesignWorkspace, count: int) -> None:
     for i in range(count):
         m.unknown[i] = m.factor_amplitude[i]
         if i > 0:
             m.unknown[count + i - 1] = m.factor_delay[i]
 
 
-def unpack(m, x, count):
+def unpack(m: DesignWorkspace, x: Array, count: int) -> None:
     """Amplitudes and delays from the unknowns: all amplitudes, then all delays but the first."""
     m.factor_delay[0] = 0.0
     for i in range(count):
@@ -93,7 +95,7 @@ def unpack(m, x, count):
             m.factor_delay[i] = x[count + i - 1]
 
 
-def _equations(m, x, f):
+def _equations(m: DesignWorkspace, x: Array, f: Array) -> None:
     """Sum 1, then zeros and maxima of V alternately, from the lowest frequency to the highest."""
     count = m.humps + 2
     unpack(m, x, count)
@@ -114,15 +116,15 @@ def _equations(m, x, f):
             row = hump_at(f, row, m.factor_amplitude, m.factor_delay, count, m.damping, ratio, m.vibration_tolerance)
 
 
-def _one_hump(m, damping_ratio):
+def _one_hump(m: DesignWorkspace, damping_ratio: float) -> int:
     return extra_insensitive(m, 1, damping_ratio)
 
 
-def _two_humps(m, damping_ratio):
+def _two_humps(m: DesignWorkspace, damping_ratio: float) -> int:
     return extra_insensitive(m, 2, damping_ratio)
 
 
-def _three_humps(m, damping_ratio):
+def _three_humps(m: DesignWorkspace, damping_ratio: float) -> int:
     return extra_insensitive(m, 3, damping_ratio)
 
 

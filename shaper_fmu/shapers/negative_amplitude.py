@@ -8,13 +8,19 @@ from __future__ import annotations
 
 import math
 
-from shaper_fmu.component import Parameter
+from shaper_fmu.component import Parameter, Variable
 from shaper_fmu.shapers.conditions import rising, zero_at
 from shaper_fmu.shapers.method import ShaperMethod
 from shaper_fmu.shapers.newton import follow_damping
+from shaper_fmu.shapers.workspace import DesignWorkspace
+from shaper_fmu.variable import Array
 
 
-def specified_negative_amplitude(m, damping_ratio):
+class _Workspace(DesignWorkspace):
+    negative_amplitude: Variable[float]
+
+
+def specified_negative_amplitude(m: _Workspace, damping_ratio: float) -> int:
     """Write the sequence for 1 rad/s into m.factor_amplitude, m.factor_delay; returns 3, or 0 if there is none.
 
     Reads m.negative_amplitude, 0 < b <= 1.
@@ -32,13 +38,13 @@ def specified_negative_amplitude(m, damping_ratio):
     return 3 if rising(m.factor_delay, 0, 2) else 0
 
 
-def _unpack(m, x):
+def _unpack(m: DesignWorkspace, x: Array) -> None:
     m.factor_delay[0] = 0.0
     m.factor_delay[1] = x[0]
     m.factor_delay[2] = x[1]
 
 
-def _equations(m, x, f):
+def _equations(m: DesignWorkspace, x: Array, f: Array) -> None:
     _unpack(m, x)
     zero_at(f, 0, m.factor_amplitude, m.factor_delay, 3, m.damping, 1.0)
 

@@ -6,7 +6,13 @@ The undamped design is known in closed form; the damped one is reached from it i
 
 from __future__ import annotations
 
-UNKNOWNS = 16
+from collections.abc import Callable
+
+from shaper_fmu.shapers.workspace import UNKNOWNS, DesignWorkspace
+from shaper_fmu.variable import Array
+
+Equations = Callable[[DesignWorkspace, Array, Array], None]
+"""system(m, x, f): writes the residuals of the equations at x into f."""
 CERTIFIED = 1e-11
 """Largest residual of the equations that a solution may leave."""
 
@@ -18,7 +24,7 @@ _LARGEST_STEP = 0.05
 _SMALLEST_STEP = 1e-3
 
 
-def follow_damping(m, system, unknowns, damping_ratio):
+def follow_damping(m: DesignWorkspace, system: Equations, unknowns: int, damping_ratio: float) -> bool:
     """Solve at damping 0 from the guess in m.unknown, then follow the solution to `damping_ratio`; True if it gets there.
 
     m.damping is the damping ratio that the system function reads; the residual that is left is in m.certificate_left.
@@ -45,7 +51,7 @@ def follow_damping(m, system, unknowns, damping_ratio):
     return True
 
 
-def _near(values, before, count):
+def _near(values: Array, before: Array, count: int) -> bool:
     """Whether a solution is the continuation of the one before, and not another branch."""
     for i in range(count):
         if not abs(values[i] - before[i]) <= 0.3 * (1.0 + abs(before[i])):
@@ -53,7 +59,7 @@ def _near(values, before, count):
     return True
 
 
-def newton(m, system, unknowns):
+def newton(m: DesignWorkspace, system: Equations, unknowns: int) -> bool:
     """Improve m.unknown until the residuals are below CERTIFIED and fall no further; True if they are."""
     last = 1e300
     for _ in range(_MOST_ITERATIONS):
@@ -75,7 +81,7 @@ def newton(m, system, unknowns):
     return m.certificate_left < CERTIFIED
 
 
-def _largest(values, count):
+def _largest(values: Array, count: int) -> float:
     worst = 0.0
     for i in range(count):
         if not abs(values[i]) <= worst:  # also NaN
@@ -83,7 +89,7 @@ def _largest(values, count):
     return worst
 
 
-def _differentiate(m, system, unknowns):
+def _differentiate(m: DesignWorkspace, system: Equations, unknowns: int) -> None:
     """The Jacobian by central differences, row by row, in m.jacobian."""
     for j in range(unknowns):
         value = m.unknown[j]
@@ -96,7 +102,7 @@ def _differentiate(m, system, unknowns):
             m.jacobian[i * UNKNOWNS + j] = (m.above[i] - m.below[i]) / (2.0 * _DIFFERENCE)
 
 
-def _solve(a, b, n):
+def _solve(a: Array, b: Array, n: int) -> bool:
     """Solve a x = b in place by elimination with partial pivoting, x in b; False if a is singular."""
     for k in range(n):
         pivot = k

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from shaper_fmu.variable import Values
+
 _HIGHEST_RATIO = 10.0
 _SCAN_STEP = 0.005
 _RIPPLE_SHARE = 0.5  # V changes over frequency ratios of 2 pi / (w T): no faster than a scan in steps of 0.5 / (w T) sees
@@ -12,7 +14,7 @@ _BEFORE_ONE = 1.0 - 2.0**-53
 _TOUCHING = 1.0 + 1e-9  # a maximum that touches the tolerance, as an EI shaper's does, is no crossing
 
 
-def residual_vibration(amplitude, delay, count: int, natural_frequency: float, damping_ratio: float) -> float:
+def residual_vibration(amplitude: Values, delay: Values, count: int, natural_frequency: float, damping_ratio: float) -> float:
     """V of Singer and Seering 1990: the residual envelope at the last impulse over a unit impulse's at time zero.
 
     V = exp(-zeta w t_n) |sum_i A_i exp(zeta w t_i) exp(j wd t_i)|, for frequency in rad/s and delays in s.
@@ -28,7 +30,9 @@ def residual_vibration(amplitude, delay, count: int, natural_frequency: float, d
     return math.sqrt(real * real + imaginary * imaginary)
 
 
-def insensitivity(amplitude, delay, count: int, natural_frequency: float, damping_ratio: float, tolerance: float) -> float:
+def insensitivity(
+    amplitude: Values, delay: Values, count: int, natural_frequency: float, damping_ratio: float, tolerance: float
+) -> float:
     """Width of the band of w / natural_frequency around 1 with V <= tolerance; 0 if V exceeds it at 1.
 
     The nearest crossing on each side is bracketed by a scan and found to V's rounding; the band ends at 0 and 10.
@@ -41,7 +45,9 @@ def insensitivity(amplitude, delay, count: int, natural_frequency: float, dampin
     return above - below
 
 
-def _crossing(amplitude, delay, count: int, natural_frequency: float, damping_ratio: float, tolerance: float, step: float) -> float:
+def _crossing(
+    amplitude: Values, delay: Values, count: int, natural_frequency: float, damping_ratio: float, tolerance: float, step: float
+) -> float:
     inside = _calm(amplitude, delay, count, damping_ratio * natural_frequency, tolerance)
     if inside < 1.0 and step > 0.0:
         return _HIGHEST_RATIO
@@ -77,7 +83,7 @@ def _crossing(amplitude, delay, count: int, natural_frequency: float, damping_ra
     return middle
 
 
-def _calm(amplitude, delay, count: int, decay: float, tolerance: float) -> float:
+def _calm(amplitude: Values, delay: Values, count: int, decay: float, tolerance: float) -> float:
     """The least frequency ratio from which on all impulses together have decayed to the tolerance at the last one, whatever
     their phases; 1 if they have not at 1. A scan of a damped mode's long shaper would not come to an end there."""
     low = 0.0
@@ -96,6 +102,8 @@ def _calm(amplitude, delay, count: int, decay: float, tolerance: float) -> float
     return min(high, _BEFORE_ONE)
 
 
-def _excess(amplitude, delay, count: int, natural_frequency: float, damping_ratio: float, tolerance: float, ratio: float) -> float:
+def _excess(
+    amplitude: Values, delay: Values, count: int, natural_frequency: float, damping_ratio: float, tolerance: float, ratio: float
+) -> float:
     """V - tolerance at this frequency ratio."""
     return residual_vibration(amplitude, delay, count, ratio * natural_frequency, damping_ratio) - tolerance

@@ -8,6 +8,8 @@ from __future__ import annotations
 import math
 
 from shaper_fmu.shapers.method import ShaperMethod
+from shaper_fmu.shapers.workspace import DesignWorkspace
+from shaper_fmu.variable import Array
 
 
 def damped_half_period(natural_frequency: float, damping_ratio: float) -> float:
@@ -15,7 +17,7 @@ def damped_half_period(natural_frequency: float, damping_ratio: float) -> float:
     return math.pi / (natural_frequency * math.sqrt(1.0 - damping_ratio * damping_ratio))
 
 
-def zero_derivative(amplitude, delay, order: int, natural_frequency: float, damping_ratio: float) -> int:
+def zero_derivative(amplitude: Array, delay: Array, order: int, natural_frequency: float, damping_ratio: float) -> int:
     """Write the sequence with `order` zero derivatives (0: ZV, 1: ZVD, ...); returns the number of impulses.
 
     A_i = C(n, i) K^i / (1 + K)^n at t_i = i Td/2 with n = order + 1 and K = exp(-zeta pi / sqrt(1 - zeta^2)).
@@ -33,19 +35,19 @@ def zero_derivative(amplitude, delay, order: int, natural_frequency: float, damp
     return n + 1
 
 
-def _zv(m, damping_ratio):
+def _zv(m: DesignWorkspace, damping_ratio: float) -> int:
     return zero_derivative(m.factor_amplitude, m.factor_delay, 0, 1.0, damping_ratio)
 
 
-def _zvd(m, damping_ratio):
+def _zvd(m: DesignWorkspace, damping_ratio: float) -> int:
     return zero_derivative(m.factor_amplitude, m.factor_delay, 1, 1.0, damping_ratio)
 
 
-def _zvdd(m, damping_ratio):
+def _zvdd(m: DesignWorkspace, damping_ratio: float) -> int:
     return zero_derivative(m.factor_amplitude, m.factor_delay, 2, 1.0, damping_ratio)
 
 
-def _zvddd(m, damping_ratio):
+def _zvddd(m: DesignWorkspace, damping_ratio: float) -> int:
     return zero_derivative(m.factor_amplitude, m.factor_delay, 3, 1.0, damping_ratio)
 
 

@@ -30,7 +30,7 @@ class Files:
     """
 
     def __init__(self, content: Mapping[str, bytes], findings: Findings):
-        self.content = dict(content)
+        self.content: dict[str, bytes] = dict(content)
         self.findings = findings
         self.seen: dict[str, object] = {}
         self.unreadable: set[str] = set()

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from shaper_fmu.renamed import renamed_attribute
+from shaper_fmu.renamed import warn_renamed
 
 Key = tuple[str, int, str]
 """File, line (0: the file as a whole) and words."""
@@ -34,7 +34,11 @@ class Finding:
     message: str
     weight: Weight
 
-    words = renamed_attribute("words", "message")
+    @property
+    def words(self) -> str:
+        """The old name of `message`."""
+        warn_renamed("Finding.words", "message")
+        return self.message
 
     @property
     def stops(self) -> bool:

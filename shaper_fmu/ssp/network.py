@@ -9,13 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from fmpy.model_description import ModelVariable
+
 from shaper_fmu.errors import ModelError
+from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.variables import items_of, kind_of, possible_values
 from shaper_fmu.ssp.conversion import IDENTITY, Affine, affine_of, after, unit_conversion, value_table
 from shaper_fmu.ssp.document import LinearTransformation, MappingTransformation, SystemElement, Transformation, Unit
 from shaper_fmu.ssp.findings import Findings, Key, Weight
 from shaper_fmu.ssp.meaning import Meaning, Scope, UnknownUnit, completed, fmu_meaning, fmu_unit
-from shaper_fmu.ssp.structure import Structure
+from shaper_fmu.ssp.structure import Place, Structure
 
 SOURCES = ("output", "calculatedParameter", "constant", "local")
 TARGETS = ("input", "parameter", "structuralParameter")
@@ -58,9 +61,10 @@ class WireError(ModelError):
         ends = " -> ".join(scope.label(node.path.rpartition("/")[2], node.name) for node in (wire.source, wire.target))
         message = [f"{ends}: {problem}" for problem in problems]
         super().__init__([f"{scope.file}, line {wire.line}: {one}" for one in message])
-        self.wire, self.message = wire, message
+        self.wire: Wire = wire
+        self.message: list[str] = message
         reported = tuple(key for unit in units if isinstance(unit, UnknownUnit) for key in unit.reported)
-        self.faults = reported or wire.faults
+        self.faults: tuple[Key, ...] = reported or wire.faults
 
     def report(self, findings: Findings, weight: Weight = Weight.LOAD) -> None:
         """Refuse the system: by the findings for which the wire fails, or else by these messages."""
@@ -78,7 +82,9 @@ class Network:
     out_of: dict[Node, list[Wire]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.fmus, self.places, self.findings = self.structure.fmus, self.structure.places, self.structure.files.findings
+        self.fmus: dict[str, Fmu] = self.structure.fmus
+        self.places: dict[str, Place] = self.structure.places
+        self.findings: Findings = self.structure.files.findings
 
     def add(self, wire: Wire) -> None:
         """Add a wire to a node that has none."""
@@ -89,7 +95,7 @@ class Network:
         """Whether the node is a variable of an FMU."""
         return node.path in self.fmus and not node.side
 
-    def variable(self, node: Node):  # its type is fmpy's
+    def variable(self, node: Node) -> ModelVariable:
         """The FMU's variable at a node, the first element of an array."""
         fmu = self.fmus[node.path]
         return fmu.variables[fmu.elements_of(node.name)[0]]

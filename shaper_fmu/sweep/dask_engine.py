@@ -37,7 +37,7 @@ class Dask:
         except ImportError:
             raise StudyError("--dask needs the package distributed: pip install 'shaper-fmu[dask]'") from None
         self._address, self._workers = address, workers
-        self.reuses = True
+        self.reuses: bool = True
 
     def outcomes(self, job: Job, feed: Feed) -> Iterator[list[Outcome]]:
         """See `Engine`."""

@@ -33,7 +33,7 @@ class Serial:
     """One run after the other in this process: for debugging; an FMU that crashes takes the sweep with it, and none is timed."""
 
     def __init__(self) -> None:
-        self.reuses = True
+        self.reuses: bool = True
 
     def outcomes(self, job: Job, feed: Feed) -> Iterator[list[Outcome]]:
         """See `Engine`."""
@@ -55,7 +55,7 @@ class Processes:
 
     def __init__(self, workers: int):
         self._workers = workers
-        self.reuses = True
+        self.reuses: bool = True
 
     def outcomes(self, job: Job, feed: Feed) -> Iterator[list[Outcome]]:
         """See `Engine`."""

@@ -64,7 +64,7 @@ class Runner:
     def __init__(self, job: Job):
         self.job = job
         self._process = os.getpid()
-        self.reuses = True
+        self.reuses: bool = True
         self._batch: Batch | None = None
         self._tried: list[tuple[Task, tuple[float, ...]]] = []
         self._cases = {}

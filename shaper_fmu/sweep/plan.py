@@ -40,7 +40,7 @@ class Points:
     """The points of a plan, by number. Raises StudyError for variations that give none."""
 
     def __init__(self, vary: dict[str, Vary], sampling: Sampling):
-        self.names = list(vary)
+        self.names: list[str] = list(vary)
         self.sampling = sampling
         self._vary = vary
         if sampling.kind in SAMPLED:
@@ -57,7 +57,7 @@ class Points:
             kinds = [(name, one.grid if sampling.kind == "grid" else one.listed) for name, one in vary.items()]
             self._grids = [self._named(name, values) for name, values in kinds]
             self._shape = tuple(len(grid) for grid in self._grids)
-            self.count = math.prod(self._shape) if sampling.kind == "grid" else self._common_length()
+            self.count: int = math.prod(self._shape) if sampling.kind == "grid" else self._common_length()
         _refuse("plan", self.count, MOST_RUNS, "points")
 
     @staticmethod

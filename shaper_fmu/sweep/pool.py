@@ -67,7 +67,7 @@ class Pool:
         self._apart: set[int] = set()  # suspects that were given to a worker that has nothing else
         self._barren = 0  # workers that have ended since the last outcome
         self._unready = 0  # workers that have ended since the last one was ready
-        self.reuses = True
+        self.reuses: bool = True
 
     def __enter__(self) -> Pool:
         return self

@@ -76,7 +76,7 @@ class Store:
 
         Raises StudyError if the file is no store, holds another study or runs of other FMUs, or if another sweep writes to it.
         """
-        self.path = Path(path)
+        self.path: Path = Path(path)
         self._lock: StoreLock | None = None
         self._copy: tempfile.TemporaryDirectory[str] | None = None
         self._given: dict[int, Task] = {}  # tasks whose outcomes are awaited

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from shaper_fmu.analysis.identification import CONTRADICTING, Finding
-from shaper_fmu.renamed import renamed_attribute
+from shaper_fmu.renamed import warn_renamed
 from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.choice.search import Candidate
@@ -81,7 +81,11 @@ class Tuning:
     responses: tuple[Responses, ...]
     findings: tuple[Finding, ...]
 
-    words = renamed_attribute("words", "summary")
+    @property
+    def words(self) -> str:
+        """The old name of `summary`."""
+        warn_renamed("Tuning.words", "summary")
+        return self.summary
 
     @property
     def candidate(self) -> Candidate | None:

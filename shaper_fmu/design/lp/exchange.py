@@ -95,7 +95,7 @@ class GridProgramme:
     def __init__(self, bands: Sequence[Band], layout: Layout):
         self.bands = bands
         self.layout = layout
-        self.highest = max(band.high for band in bands)
+        self.highest: float = max(band.high for band in bands)
         self.rows: list[np.ndarray] = []
         """Constraints of each band: frequencies [rad/s] and phases [rad], shape (2, n)."""
 

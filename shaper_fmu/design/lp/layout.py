@@ -57,10 +57,10 @@ def _along_pairs(amplitudes: np.ndarray, offsets: np.ndarray) -> Along:
 class GeneralLayout:
     """Impulses at any times: the first at 0, the last at D. Unknowns x = (A_1 .. A_n, t_2 .. t_(n-1), D)."""
 
-    phases = tuple(2.0 * math.pi * k / 16 for k in range(16))
+    phases: tuple[float, ...] = tuple(2.0 * math.pi * k / 16 for k in range(16))
     """First guess of the phases arg S of the constraints Re(exp(-j phase) S) <= tolerance: a polygon around the circle."""
 
-    reach = 1.0
+    reach: float = 1.0
     """The impulses' positions fill the interval from 0 to this fraction of D."""
 
     @staticmethod
@@ -138,8 +138,8 @@ class SymmetricLayout:
     of a pair. With the time origin at D/2, S = sum A_i cos(w sqrt(q_i)) is real, and smooth in q where a pair merges.
     """
 
-    phases = (0.0, math.pi)
-    reach = 0.5
+    phases: tuple[float, float] = (0.0, math.pi)
+    reach: float = 0.5
 
     @staticmethod
     def sampled(amplitudes: np.ndarray, positions: np.ndarray, duration: float, damping_ratio: float) -> Along:

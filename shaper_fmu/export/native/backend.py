@@ -48,7 +48,9 @@ def build_native_fmu(
     files = {"documentation/index.html": documentation_page(component).encode(), **licences("shaper-fmu")}
     draft = _DESCRIPTIONS[fmi](component, "", generator)
     table = component_table(component, "")
-    made_of = {file.name: file.read_bytes() for file in [*_layer_files(fmi), *kernels.values()]}
+    # what is inside decides the token, and not the names of the kernels' files, which tell the text of the sources
+    made_of = {file.name: file.read_bytes() for file in _layer_files(fmi)}
+    made_of |= {f"{kernel}.ll": file.read_bytes() for kernel, file in kernels.items()}
     token = content_guid({**files, **made_of, "modelDescription.xml": draft, "table.c": table.encode()})
     files["modelDescription.xml"] = _DESCRIPTIONS[fmi](component, token, generator)
     libraries = {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 import hashlib
 import json
+from typing import Any
 
 from shaper_fmu.component import Component, Variable
 from shaper_fmu.export.compile import record_dtype
@@ -70,11 +71,11 @@ def layout_digest(component: type[Component]) -> int:
     return int.from_bytes(hashlib.sha256(repr((component.__name__, layout)).encode()).digest()[:8], "big")
 
 
-def _real(variables: list[Variable], *causalities: str) -> list[int]:
+def _real(variables: list[Variable[Any]], *causalities: str) -> list[int]:
     return [i for i, v in enumerate(variables) if v.kind is float and v.causality in causalities]
 
 
-def _scalars(variables: list[Variable], chosen: list[int], offsets: dict[str, int]) -> list[str]:
+def _scalars(variables: list[Variable[Any]], chosen: list[int], offsets: dict[str, int]) -> list[str]:
     rows = []
     for i in chosen:
         variable, kind = variables[i], _kind(variables[i])
@@ -84,7 +85,7 @@ def _scalars(variables: list[Variable], chosen: list[int], offsets: dict[str, in
     return rows
 
 
-def _kind(variable: Variable) -> str:
+def _kind(variable: Variable[Any]) -> str:
     return (
         "ENUMERATION"
         if issubclass(variable.kind, enum.IntEnum)
@@ -96,7 +97,7 @@ def _array(kind: str, name: str, rows: list[str]) -> str:
     return f"static const {kind} {name}[] = {{\n    " + ",\n    ".join(rows or ["{0}" if kind != "uint16_t" else "0"]) + "};"
 
 
-def _item_tables(variables: list[Variable]) -> list[str]:
+def _item_tables(variables: list[Variable[Any]]) -> list[str]:
     """Items of the enumerations, and start values where the elements of an array differ."""
     tables = []
     for variable in variables:
@@ -108,7 +109,7 @@ def _item_tables(variables: list[Variable]) -> list[str]:
     return tables
 
 
-def _variable(variable: Variable, index: dict[str, int], offsets: dict[str, int], is_slope: bool) -> str:
+def _variable(variable: Variable[Any], index: dict[str, int], offsets: dict[str, int], is_slope: bool) -> str:
     items = list(variable.kind) if issubclass(variable.kind, enum.IntEnum) else []
     causality = _SLOPE if is_slope else _CAUSALITIES[variable.causality]
     bounds = [_bound(variable, side, value) for side, value in (("min", variable.min), ("max", variable.max))]
@@ -124,13 +125,13 @@ def _variable(variable: Variable, index: dict[str, int], offsets: dict[str, int]
     return "{" + ", ".join(fields) + "}"
 
 
-def _nominal(variable: Variable, index: dict[str, int]) -> list[str]:
+def _nominal(variable: Variable[Any], index: dict[str, int]) -> list[str]:
     if isinstance(variable.nominal, str):
         return [_double(1.0), str(index[variable.nominal])]
     return [_double(1.0 if variable.nominal is None else variable.nominal), "-1"]
 
 
-def _bound(variable: Variable, side: str, value: float | None) -> str:
+def _bound(variable: Variable[Any], side: str, value: float | None) -> str:
     if value is None:
         return "UNBOUNDED"
     return "EXCLUSIVE" if variable.exclusive in (True, side) else "INCLUSIVE"

@@ -41,7 +41,7 @@ DAMPINGS = DAMPING_RATIO * np.linspace(0.0, 2.0, 41)
 """Damping ratios, the designed one in the middle, shape (m,)."""
 GRID_STEPS = [0.01, 0.001, 0.0001]
 """Communication steps [s] of the runs that do not end steps at the pulses."""
-ROBUST = {
+ROBUST: dict[str, dict[str, Any]] = {
     f"{LONG_CASE}, ratio 12": {**CASES[LONG_CASE], "train.frequency_ratio": 12.0},
     f"{LONG_CASE}, ratio 25": {**CASES[LONG_CASE], "train.frequency_ratio": 25.0},
     f"{SHORT_CASE}, ratio 13": {**CASES[SHORT_CASE], "train.frequency_ratio": 13.0},

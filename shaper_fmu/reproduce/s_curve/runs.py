@@ -69,8 +69,8 @@ class BeamBench:
 
     def __init__(self, modes: int = 1):
         self.modes = modes
-        self.natural_frequency = first_frequency()
-        self.period = 2.0 * math.pi / self.natural_frequency
+        self.natural_frequency: float = first_frequency()
+        self.period: float = 2.0 * math.pi / self.natural_frequency
         system = System("s_curve_beam")
         system.add("profile", fmu_path("MotionProfile"), distance=DISTANCE, natural_frequency=self.natural_frequency)
         system.add("shaper", fmu_path("InputShaper"), shaper="none", natural_frequency=[self.natural_frequency])

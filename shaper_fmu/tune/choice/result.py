@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from shaper_fmu.renamed import renamed_attribute
+from shaper_fmu.renamed import warn_renamed
 from shaper_fmu.tune.choice.bands import shortest
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.candidates import LeftOut
@@ -42,7 +42,11 @@ class Choice:
     reason: str
     left_out: tuple[LeftOut, ...]
 
-    wish = renamed_attribute("wish", "requirements")
+    @property
+    def wish(self) -> Requirements:
+        """The old name of `requirements`."""
+        warn_renamed("Choice.wish", "requirements")
+        return self.requirements
 
     def to_floor(self, candidate: Candidate) -> float | None:
         """How much longer a candidate is than the shortest positive shaper that leaves no more than it, as a share.

@@ -86,7 +86,9 @@ class Search:
     """Bounds of designs over the modes' boxes."""
 
     def __init__(self, boxes: Sequence[ModeBox], requirements: Requirements):
-        self.boxes, self.requirements, self.shares = boxes, requirements, shares(boxes)
+        self.boxes: Sequence[ModeBox] = boxes
+        self.requirements: Requirements = requirements
+        self.shares: np.ndarray = shares(boxes)
         self.candidates: list[Candidate] = []
         self.dominated: list[Dominated] = []
         self._points = [box.at_nominal for box in boxes]

@@ -44,8 +44,8 @@ class Plant:
         self._system = source if isinstance(source, System) else alone_system(source, start_values or {})
         if isinstance(source, System) and start_values:
             raise ModelError(["start values of a system are set in the system itself, by System.set"])
-        self.alone = not isinstance(source, System)
-        self.input = self._full(input)
+        self.alone: bool = not isinstance(source, System)
+        self.input: str = self._full(input)
         port = self._system.split(self.input)
         variable = self._system.fmus[port[0]].variable(port[1], "input")
         if kind_of(variable) != "real":
@@ -53,7 +53,7 @@ class Plant:
         if port in self._system.connections or port in self._system.signals:
             raise ModelError([f"{self.input} is fed already; the experiment needs an input that is free"])
         found = self._system.ports([self._full(name) for name in outputs] if outputs else None)
-        self.outputs = [".".join(p) for p in found if kind_of(self._system.fmus[p[0]].variables[p[1]]) == "real"]
+        self.outputs: list[str] = [".".join(p) for p in found if kind_of(self._system.fmus[p[0]].variables[p[1]]) == "real"]
         if not self.outputs:
             raise ModelError([f"{self._system.name} has no real outputs to look at"])
         self._bounds = [_number(variable.min), _number(variable.max), _number(variable.nominal), _number(variable.start)]

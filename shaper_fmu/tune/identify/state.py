@@ -83,7 +83,7 @@ class SettledRuns(Simulation):
         return super()._program(*arguments)
 
     def _stepped(
-        self, program: Program, control: Any, progress: Any, notes: tuple[str, ...], controller: StepControl | None
+        self, program: Program, control: np.record, progress: Any, notes: tuple[str, ...], controller: StepControl | None
     ) -> Results:
         times, record = self._room(control)
         control.returning = 1
@@ -94,20 +94,20 @@ class SettledRuns(Simulation):
         self._go(program, control, int(control.steps))
         return self._results(program, control, times, record, notes)
 
-    def _room(self, control: Any) -> tuple[np.ndarray, np.ndarray]:
+    def _room(self, control: np.record) -> tuple[np.ndarray, np.ndarray]:
         """Have the loop write its rows to new arrays."""
         rows = int(control.steps) + 2
         times, record = np.empty(rows), np.empty((rows, len(self._recorded)))
         control.room, control.next_time, control.next_row = rows, times.ctypes.data, record.ctypes.data
         return times, record
 
-    def _go(self, program: Program, control: Any, steps: int) -> None:
+    def _go(self, program: Program, control: np.record, steps: int) -> None:
         """Step until so many steps of the grid are done; each step of the loop does one at most."""
         while control.done < steps:
             if compiled.run(program.address, control, min(steps - int(control.done), _CHUNK)) == compiled.FAULT:
                 raise self._fault(program, control)
 
-    def _save(self, program: Program, control: Any) -> None:
+    def _save(self, program: Program, control: np.record) -> None:
         try:
             for name, instance in self.instances.items():
                 self._states[name] = instance.save_state()

@@ -76,9 +76,9 @@ class ShapedRuns:
         self, source: Any, input: str, outputs: Sequence[str], candidate: Candidate, boxes: Sequence[ModeBox],
         start_values: Mapping[str, Any] | None, tolerance: float, command: Command,
     ):  # fmt: skip
-        self.plant = ShapedPlant(source, input, start_values)
-        self.outputs = [self.plant.full(name) for name in outputs]
-        self.step = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes) / _STEPS_PER_PERIOD
+        self.plant: ShapedPlant = ShapedPlant(source, input, start_values)
+        self.outputs: list[str] = [self.plant.full(name) for name in outputs]
+        self.step: float = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes) / _STEPS_PER_PERIOD
         self._window = _PERIODS * 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
         self._tolerance = tolerance
         self._command = command

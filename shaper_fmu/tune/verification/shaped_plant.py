@@ -30,11 +30,11 @@ class ShapedPlant:
     """
 
     def __init__(self, source: System | Fmu | Path | str, input: str, start_values: Mapping[str, Any] | None = None):
-        self.alone = not isinstance(source, System)
-        self.plant = copied(source) if isinstance(source, System) else alone_system(source, start_values or {})
+        self.alone: bool = not isinstance(source, System)
+        self.plant: System = copied(source) if isinstance(source, System) else alone_system(source, start_values or {})
         if SHAPER in self.plant.fmus:
             raise ModelError([f"the system already has an instance {SHAPER}; give it another name"])
-        self.input = self.full(input)
+        self.input: str = self.full(input)
 
     def full(self, name: str) -> str:
         """A name with its instance."""

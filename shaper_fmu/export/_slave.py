@@ -79,14 +79,16 @@ class ComponentSlave(Fmi2Slave):
         super().__init__(**kwargs)
         sys.path[:] = [entry for entry in sys.path if entry != kwargs.get("resources")]  # added again for each instance
         _release_early(Path(str(kwargs.get("resources"))).parent / "binaries" / "linux64" / f"{type(self).__name__}.so")
-        self.record = self.component()
-        self.scalars: list[tuple[Variable, int]] = [
+        self.record: Component = self.component()
+        self.scalars: list[tuple[Variable[Any], int]] = [
             (variable, index)
             for variable in self.component.variables.values()
             if variable.causality != "state"
             for index in range(variable.size or 1)
         ]
-        self.phase, self.time, self.stale = _INSTANTIATED, 0.0, True
+        self.phase: int = _INSTANTIATED
+        self.time: float = 0.0
+        self.stale: bool = True
 
     @_refusing
     def setup_experiment(self, start_time: float, stop_time: float | None, tolerance: float | None) -> None:
@@ -165,7 +167,7 @@ class ComponentSlave(Fmi2Slave):
                 getattr(self.record, variable.name)[index] = value
         self.stale = True
 
-    def _scalar(self, vr: int, fmi_type: str) -> tuple[Variable, int]:
+    def _scalar(self, vr: int, fmi_type: str) -> tuple[Variable[Any], int]:
         if not 0 <= vr < len(self.scalars):
             raise ComponentError(f"{type(self).__name__}: there is no variable with the value reference {vr}")
         variable, index = self.scalars[vr]
@@ -173,7 +175,7 @@ class ComponentSlave(Fmi2Slave):
             raise ComponentError(f"{type(self).__name__}: {variable.scalar_names[index]} is not of type {fmi_type}")
         return variable, index
 
-    def _check_settable(self, variable: Variable, index: int, value: Any) -> None:
+    def _check_settable(self, variable: Variable[Any], index: int, value: Any) -> None:
         name = f"{type(self).__name__}: {variable.scalar_names[index]}"
         if variable.causality not in ("input", "parameter"):
             raise ComponentError(f"{name} is an {variable.causality} and cannot be set")
