@@ -21,7 +21,7 @@ from shaper_fmu.ssp.findings import Finding, Weight
 from shaper_fmu.ssp.loaded import SspSystem
 from shaper_fmu.ssp.parameter_sets import apply_parameter_set
 
-OF_THE_FMU = ("the FMU's m", "no finite number")
+OF_THE_FMU = ("the FMU's m", "not a finite number")
 """Values outside of its limits an FMU may refuse when it runs, as ours do, or take."""
 WEIGHTS = {"load": Weight.LOAD, "run": Weight.RUN}
 

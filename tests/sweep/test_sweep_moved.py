@@ -78,4 +78,4 @@ def test_a_refinement_adds_no_more_runs_than_it_may(tmp_path, monkeypatch):
     for _ in range(2):  # nor when it is started again
         assert run_study(read_study(tmp_path / "study.toml"), tmp_path / "s.sqlite") == {"done": 4 + 5}
     with Store(tmp_path / "s.sqlite") as store:
-        assert store.remarks()["refine"].startswith("the refinement was ended after 5 added runs")
+        assert store.remarks()["refine"].startswith("the refinement ended after 5 added runs")

@@ -162,7 +162,7 @@ def test_a_column_of_the_excitation_that_is_no_number_is_told():
 
 def test_a_record_that_does_not_tell_is_refused():
     t, x = moved(noise=0.003)
-    with pytest.raises(IdentificationError, match="Tell when the excitation has ended"):
+    with pytest.raises(IdentificationError, match="Give the end of the excitation"):
         identify_measured(Table({"time": t[t < 3.0], "x": x[t < 3.0]}))
     with pytest.raises(IdentificationError, match="is not a finite number"):
         identify_measured(Table({"time": t, "x": x}), excitation_end=math.nan)
