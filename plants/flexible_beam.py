@@ -32,6 +32,15 @@ class FlexibleBeam(Component):
     }
     default_step_size: ClassVar[float] = 0.001
     continuous_states: ClassVar[tuple[str, ...] | None] = ("base_position", "base_velocity", "modal_deflection", "modal_velocity")
+    terminals: ClassVar[dict[str, dict[str, str]]] = {
+        "command": {"acceleration": "base_acceleration"},
+        "plant": {
+            "base_position": "base_position",
+            "tip_deflection": "tip_deflection",
+            "tip_position": "tip_position",
+            "tip_acceleration": "tip_acceleration",
+        },
+    }
 
     base_acceleration: Variable[float] = Input("m/s2", "acceleration of the base, across the beam", slope="base_acceleration_slope")
     length: Variable[float] = Parameter(0.25, "m", "length of the beam", min=0.0, exclusive=True, published=(1e-9, None))

@@ -65,6 +65,16 @@ class HydraulicPendulum(Integrated):
         "pilot_position",
         "spool_position",
     )
+    terminals: ClassVar[dict[str, dict[str, str]]] = {
+        "command": {"position": "reference_position"},
+        "plant": {
+            "slide_position": "slide_position",
+            "slide_velocity": "slide_velocity",
+            "swing_angle": "swing_angle",
+            "swing_rate": "swing_rate",
+            "tip_position": "tip_position",
+        },
+    }
 
     reference_position: Variable[float] = Input("m", "reference of the slide's position", slope="reference_slope")
     rod_length: Variable[float] = Parameter(0.485, "m", "length of the rod", min=0.0, exclusive=True, published=(1e-9, None))

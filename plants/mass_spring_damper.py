@@ -17,6 +17,9 @@ class MassSpringDamper(Component):
     """
 
     continuous_states: ClassVar[tuple[str, ...] | None] = ("position", "velocity")
+    terminals: ClassVar[dict[str, dict[str, str]]] = {
+        "plant": {"force": "force", "position": "position", "velocity": "velocity", "acceleration": "acceleration"},
+    }
 
     force: Variable[float] = Input("N", "force on the mass", slope="force_slope")
     mass: Variable[float] = Parameter(1.0, "kg", "moving mass", min=0.0, exclusive=True, published=(1e-12, None))

@@ -29,6 +29,16 @@ class OverheadCrane(Integrated):
         "swing_angle",
         "swing_rate",
     )
+    terminals: ClassVar[dict[str, dict[str, str]]] = {
+        "command": {"acceleration": "trolley_acceleration", "hoist_speed": "hoist_speed"},
+        "plant": {
+            "trolley_position": "trolley_position",
+            "rope_length": "rope_length",
+            "swing_angle": "swing_angle",
+            "swing_rate": "swing_rate",
+            "load_position": "load_position",
+        },
+    }
 
     trolley_acceleration: Variable[float] = Input("m/s2", "acceleration of the trolley")
     hoist_speed: Variable[float] = Input("m/s", "speed at which the load is hoisted: the rope shortens")

@@ -36,6 +36,9 @@ class ThreeMassChain(Component):
         "or a heavier chain"
     }
     continuous_states: ClassVar[tuple[str, ...] | None] = ("position", "velocity")
+    terminals: ClassVar[dict[str, dict[str, str]]] = {
+        "plant": {"force": "force", "positions": "position", "velocities": "velocity"},
+    }
 
     force: Variable[float] = Input("N", "force on mass 1", slope="force_slope")
     disturbance: Variable[list[float]] = Input("N", "further force on each mass", size=MASSES)

@@ -16,8 +16,10 @@ value of a variable.
 For model exchange a component tells its `continuous_states`, each a variable with a `derivative`; a step of length zero
 then computes outputs and derivatives from them. Components with time events alone give an empty tuple, and `sampled`
 where their inputs act only at communication points and events. A State `next_kink_time` tells solvers where an output's
-derivative jumps, though the output does not. How variables are declared is in `shaper_fmu.variable`. Both modules use the
-standard library alone, because every exported FMU carries them.
+derivative jumps, though the output does not. `about` names author, version, copyright and license. `terminals` groups
+inputs and outputs that are connected together: for each terminal, the variables by the names that the other side knows.
+How variables are declared is in `shaper_fmu.variable`. Both modules use the standard library alone, because every exported
+FMU carries them.
 """
 
 from __future__ import annotations
@@ -75,6 +77,8 @@ class Component:
     default_stop_time: ClassVar[float] = 10.0
     default_step_size: ClassVar[float] = 0.01
     default_tolerance: ClassVar[float] = 1e-6
+    about: ClassVar[dict[str, str]] = {}
+    terminals: ClassVar[dict[str, dict[str, str]]] = {}
     _real_results: ClassVar[list[Variable[Any]]]
     _slopes: ClassVar[frozenset[str]]
     _layout: ClassVar[struct.Struct]

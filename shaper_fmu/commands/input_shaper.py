@@ -65,6 +65,10 @@ class InputShaper(DesignWorkspace):
 
     continuous_states: ClassVar[tuple[str, ...] | None] = ()
     sampled: ClassVar[bool] = True
+    terminals: ClassVar[dict[str, dict[str, str]]] = {
+        "command": {"value": "command"},
+        "shaped": {"value": "shaped", "mean": "shaped_mean"},
+    }
 
     command: Variable[float] = Input("", "command to be shaped")
     shaper: Variable[int] = Parameter(Shaper.zv, "", "kind of shaper")

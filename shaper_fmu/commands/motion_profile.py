@@ -46,6 +46,9 @@ class MotionProfile(Component):
     }
 
     continuous_states: ClassVar[tuple[str, ...] | None] = ()
+    terminals: ClassVar[dict[str, dict[str, str]]] = {
+        "command": {"position": "position", "velocity": "velocity", "acceleration": "acceleration"},
+    }
 
     profile: Variable[int] = Parameter(ProfileKind.cycloid, "", "kind of profile")
     distance: Variable[float] = Parameter(1.0, "m", "distance to move, negative for the other way")

@@ -21,6 +21,10 @@ class PositionController(Component):
     """
 
     continuous_states: ClassVar[tuple[str, ...] | None] = ("integral_force",)
+    terminals: ClassVar[dict[str, dict[str, str]]] = {
+        "command": {"position": "reference"},
+        "plant": {"force": "force", "position": "position", "velocity": "velocity"},
+    }
 
     reference: Variable[float] = Input("m", "position wanted", slope="reference_slope")
     position: Variable[float] = Input("m", "position measured", slope="position_slope")

@@ -46,6 +46,9 @@ class PulseTrain(PulseWorkspace):
     }
 
     continuous_states: ClassVar[tuple[str, ...] | None] = ()
+    terminals: ClassVar[dict[str, dict[str, str]]] = {
+        "command": {"value": "pulse", "mean": "pulse_mean"},
+    }
 
     design: Variable[int] = Parameter(Design.carrier, "", "kind of design")
     amplitude: Variable[float] = Parameter(1.0, "", "value of the command when on; reference and carrier have the same scale")

@@ -39,6 +39,10 @@ class PulseWidthModulator(Component):
 
     continuous_states: ClassVar[tuple[str, ...] | None] = ()
     sampled: ClassVar[bool] = True
+    terminals: ClassVar[dict[str, dict[str, str]]] = {
+        "command": {"value": "reference"},
+        "pulse": {"value": "pulse", "mean": "pulse_mean"},
+    }
 
     reference: Variable[float] = Input("", "share of the time to be on, 0 to 1")
     carrier_frequency: Variable[float] = Parameter(

@@ -7,6 +7,7 @@ they belong to the sources beside them; from a changed or plain source checkout,
 from __future__ import annotations
 
 import functools
+import os
 import shutil
 import tempfile
 from collections.abc import Callable, Sequence
@@ -85,7 +86,8 @@ def fmu_path(
         return shipped
     names = [platform_named(name).name for name in platforms] or list(PLATFORMS)
     tools = toolchain_version() if Backend(backend) is Backend.native else version("pythonfmu")
-    key = digest(sources_digest(found), tools, *_other_tools(), str(Backend(backend)), str(fmi), *names)
+    date = os.environ.get("SOURCE_DATE_EPOCH", "")
+    key = digest(sources_digest(found), tools, *_other_tools(), str(Backend(backend)), str(fmi), date, *names)
 
     def make() -> bytes:
         with tempfile.TemporaryDirectory() as draft:

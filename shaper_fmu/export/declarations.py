@@ -15,6 +15,8 @@ from shaper_fmu.errors import BuildError, nearest
 INTEGERS = (-(2**31), 2**31 - 1)
 """FMI 2.0's Integer, FMI 3.0's Int32, a C int: for start values, bounds, items and status numbers."""
 MOST_VARIABLES = 65535
+ABOUT = ("author", "version", "copyright", "license")
+"""What a component may tell about itself beside its docstring."""
 LONGEST_NAME = 128
 """Letters of a component's name: files are called so, with digests, and some file systems end at 255."""
 
@@ -55,6 +57,36 @@ def _of_class(component: type[Component]) -> Iterator[str]:
         value: Any = getattr(component, name)
         if not (_is_number(value) and 0.0 < value < math.inf):
             yield f"{name} is {value!r}; it must be a positive, finite number"
+    yield from _of_about(component.about)
+    yield from _of_terminals(component)
+
+
+def _of_about(about: Any) -> Iterator[str]:
+    if not isinstance(about, dict):
+        yield f"about is {about!r}; it must be a dictionary of texts"
+        return
+    for name, text in about.items():
+        if name not in ABOUT:
+            yield f"about tells {name!r}, which a model description has no place for; it has for {', '.join(ABOUT)}"
+        yield from _of_text(f"the {name} in about", text)
+
+
+def _of_terminals(component: type[Component]) -> Iterator[str]:
+    """Of terminals: their names are texts, and their members inputs, outputs or parameters."""
+    known = [v.name for v in component.variables.values() if v.causality not in ("local", "state")]
+    told: Any = component.terminals
+    if not (isinstance(told, dict) and all(isinstance(members, dict) for members in told.values())):
+        yield f"terminals is {told!r}; it must be a dictionary of dictionaries: for each terminal, variables by members' names"
+        return
+    for terminal, members in component.terminals.items():
+        yield from _of_text("the name of terminal", terminal)
+        if not members:
+            yield f"terminal {terminal!r} has no members; leave it out"
+        for member, name in members.items():
+            yield from _of_text(f"a member of terminal {terminal!r},", member)
+            if name not in known:
+                near = nearest(name, known)
+                yield f"terminal {terminal!r} has {name!r} as {member!r}, which is no input, output or parameter.{near}"
 
 
 def _of_text(what: str, text: Any) -> Iterator[str]:

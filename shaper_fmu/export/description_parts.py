@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import enum
 import inspect
+import os
+from datetime import UTC, datetime
 from typing import Any
 
 from lxml import etree
 
 from shaper_fmu.component import Component, Variable
+from shaper_fmu.errors import BuildError
+from shaper_fmu.export.docstrings import item_descriptions
 from shaper_fmu.export.model_structure import visible_variables
 from shaper_fmu.units import parse_unit
+from shaper_fmu.version import __version__
 
 
 def summary(component: type[Component]) -> str:
@@ -26,11 +31,36 @@ def text(value: Any) -> str:
 
 
 def new_document(component: type[Component], version: str, token: dict[str, str], generator: str) -> etree._Element:
-    """The root element; `token` is the attribute that ties the description to the library."""
+    """The root element; `token` is the attribute that ties the description to the library, and empty in a draft."""
+    date = _date() if all(token.values()) else {}
     return etree.Element("fmiModelDescription", {
         "fmiVersion": version, "modelName": component.__name__, **token, "description": summary(component),
-        "author": "shaper-fmu", "license": "BSD-2-Clause", "generationTool": generator, "variableNamingConvention": "structured",
+        **_authorship(component), "generationTool": generator, **date, "variableNamingConvention": "structured",
     })  # fmt: skip
+
+
+_OURS = {
+    "author": "shaper-fmu", "version": __version__, "license": "BSD-2-Clause",
+    "copyright": "Copyright (c) 2026, the shaper-fmu developers",
+}  # fmt: skip
+
+
+def _authorship(component: type[Component]) -> dict[str, str]:
+    """Author, version, copyright and license: what the component says about itself; ours are known."""
+    ours = any(base.__module__.startswith(("shaper_fmu.commands.", "shaper_fmu.plants.")) for base in component.__mro__)
+    return {**(_OURS if ours else {}), **component.about}
+
+
+def _date() -> dict[str, str]:
+    """When the FMU was made, if SOURCE_DATE_EPOCH tells; without it equal sources give equal FMUs, whenever they are built."""
+    seconds = os.environ.get("SOURCE_DATE_EPOCH", "")
+    if not seconds:
+        return {}
+    try:
+        made = datetime.fromtimestamp(int(seconds), UTC)
+    except (ValueError, OverflowError, OSError):
+        raise BuildError(f"SOURCE_DATE_EPOCH is {seconds!r}; it must be a number of seconds since 1970") from None
+    return {"generationDateAndTime": made.strftime("%Y-%m-%dT%H:%M:%SZ")}
 
 
 def as_bytes(root: etree._Element) -> bytes:
@@ -61,10 +91,14 @@ def enumerations(component: type[Component]) -> dict[str, type[enum.IntEnum]]:
     return {v.kind.__name__: v.kind for v in visible_variables(component) if issubclass(v.kind, enum.IntEnum)}
 
 
-def add_items(element: etree._Element, kind: type[enum.IntEnum]) -> None:
-    """The items of an enumeration."""
+def add_items(element: etree._Element, kind: type[enum.IntEnum], component: type[Component]) -> None:
+    """The items of an enumeration, with what its docstring or the component's says about them."""
+    described = item_descriptions(kind, component)
     for item in kind:
-        etree.SubElement(element, "Item", name=item.name, value=str(item.value))
+        attributes = {"name": item.name, "value": str(item.value)}
+        if item.name in described:
+            attributes["description"] = described[item.name]
+        etree.SubElement(element, "Item", attributes)
 
 
 def add_log_categories(root: etree._Element, prefix: str, events: bool) -> None:

@@ -11,6 +11,7 @@ import jinja2
 from markupsafe import Markup, escape
 
 from shaper_fmu.component import Component, Variable
+from shaper_fmu.export.docstrings import docstring_blocks
 from shaper_fmu.export.model_description import visible_variables
 from shaper_fmu.export.picture import behaviour_picture
 
@@ -118,38 +119,6 @@ def documentation_page(component: type[Component]) -> str:
     ]
     picture = behaviour_picture(component)
     return _PAGE.render(name=component.__name__, blocks=blocks, sections=sections, picture=picture)
-
-
-def docstring_blocks(text: str) -> list[tuple[str, list[str]]]:
-    """A docstring as paragraphs ("text", one line), lists ("list", a line for each item) and indented lines ("display").
-
-    An item begins with "- " and goes on in lines that are indented. A list need not be set off by empty lines.
-    """
-    blocks: list[tuple[str, list[str]]] = []
-    previous = ""
-    for line in text.splitlines():
-        stripped = line.strip()
-        kind, lines = blocks[-1] if blocks and previous else ("", [])
-        if not stripped:
-            pass
-        elif line.startswith("- "):
-            if kind == "list":
-                lines.append(stripped[2:])
-            else:
-                blocks.append(("list", [stripped[2:]]))
-        elif kind == "list" and line.startswith(" "):
-            lines[-1] += f" {stripped}"
-        elif line.startswith("    "):
-            if kind == "display":
-                lines.append(line[4:])
-            else:
-                blocks.append(("display", [line[4:]]))
-        elif kind == "text":
-            lines[0] += f" {stripped}"
-        else:
-            blocks.append(("text", [stripped]))
-        previous = stripped
-    return blocks
 
 
 _SIGN = re.compile(r"^(=|<|>|<=|>=|\+|-|/|\*)$")

@@ -79,7 +79,9 @@ def _add_types(root: etree._Element, component: type[Component]) -> None:
     if kinds:
         definitions = etree.SubElement(root, "TypeDefinitions")
         for name, kind in kinds.items():
-            parts.add_items(etree.SubElement(etree.SubElement(definitions, "SimpleType", name=name), "Enumeration"), kind)
+            parts.add_items(
+                etree.SubElement(etree.SubElement(definitions, "SimpleType", name=name), "Enumeration"), kind, component
+            )
 
 
 def _type_name(variable: Variable[Any]) -> str:

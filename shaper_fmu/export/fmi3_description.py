@@ -53,7 +53,7 @@ def _add_types(root: etree._Element, component: type[Component]) -> None:
     if kinds:
         definitions = etree.SubElement(root, "TypeDefinitions")
         for name, kind in kinds.items():
-            parts.add_items(etree.SubElement(definitions, "EnumerationType", name=name), kind)
+            parts.add_items(etree.SubElement(definitions, "EnumerationType", name=name), kind, component)
 
 
 def _type_name(variable: Variable[Any]) -> str:

@@ -7,6 +7,7 @@ without it there is no picture. Equal sources, and an equal matplotlib, give equ
 from __future__ import annotations
 
 import enum
+import functools
 import io
 import math
 from dataclasses import dataclass, field
@@ -50,17 +51,32 @@ class Picture:
 
 def behaviour_picture(component: type[Component]) -> Picture | None:
     """The outputs of the component over time; None without matplotlib, or where nothing can be run or seen."""
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError:
-        return None
-    recording = _telling_recording(component)
+    recording = _drawable_recording(component)
     if recording is None:
         return None
     panels = _panels(component, recording)
     return Picture(_draw(component, recording, panels), _caption(component, recording)) if panels else None
 
 
+def behaviour_icon(component: type[Component]) -> dict[str, bytes]:
+    """The component's name under the curve of its first real output, "png" of 200 by 200 points and "svg"; {} without a picture."""
+    recording = _drawable_recording(component)
+    panels = _panels(component, recording) if recording is not None else {}
+    shown = [v.scalar_names[0] for panel in panels.values() for v in panel if v.causality == "output" and v.kind is float]
+    if recording is None or not shown:
+        return {}
+    return {"png": _draw_icon(component, recording, shown[0], "png"), "svg": _draw_icon(component, recording, shown[0], "svg")}
+
+
+def _drawable_recording(component: type[Component]) -> Recording | None:
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError:
+        return None
+    return _telling_recording(component)
+
+
+@functools.lru_cache(maxsize=1)  # one run for the picture and the icon
 def _telling_recording(component: type[Component]) -> Recording | None:
     """A run over a time in which there is something to see, with the largest steps that the component accepts."""
     for size in _SIZES:
@@ -217,6 +233,33 @@ def _draw(component: type[Component], recording: Recording, panels: dict[str, li
         figure.align_ylabels()
         figure.savefig(stream, format="svg", metadata={"Date": None})
     return _inline(stream.getvalue(), f"{component.__name__}: outputs over time")
+
+
+def _draw_icon(component: type[Component], recording: Recording, name: str, kind: str) -> bytes:
+    import matplotlib.style
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Rectangle
+
+    look = {
+        "svg.hashsalt": component.__name__,
+        "svg.fonttype": "none",
+        "font.family": "sans-serif",
+        "lines.solid_joinstyle": "round",
+    }
+    stream = io.BytesIO()
+    with matplotlib.style.context(["default", look]):
+        figure = Figure(figsize=(2.0, 2.0), dpi=100.0)
+        figure.add_artist(Rectangle((0.02, 0.02), 0.96, 0.96, facecolor="white", edgecolor="#333333", linewidth=1.5, zorder=-1.0))
+        axes = figure.add_axes((0.12, 0.3, 0.76, 0.58))
+        axes.axhline(0.0, color="#cccccc", linewidth=1.0)
+        axes.plot(recording.times, recording.series[name], color=COLOURS[0], linewidth=2.2)
+        axes.set_xlim(0.0, recording.span)
+        axes.set_axis_off()
+        size = min(12.0, 200.0 / max(1, len(component.__name__)))
+        figure.text(0.5, 0.15, component.__name__, ha="center", va="center", fontsize=size, color="#222222")
+        nothing = {"Software": None} if kind == "png" else {"Date": None}
+        figure.savefig(stream, format=kind, transparent=True, metadata=nothing)
+    return stream.getvalue() if kind == "png" else _inline(stream.getvalue(), component.__name__).encode()
 
 
 def _draw_panel(axes: object, unit: str, variables: list[Variable[Any]], recording: Recording) -> None:

@@ -14,6 +14,7 @@ from shaper_fmu.export.closure import packed_sources
 from shaper_fmu.export.documentation import documentation_page
 from shaper_fmu.export.model_description import fmi2_model_description
 from shaper_fmu.export.packing import check_component, content_guid, licences
+from shaper_fmu.export.terminals_and_icons import icon_and_terminals
 
 _CAPABILITIES = {
     "needsExecutionTool": "true",
@@ -49,6 +50,7 @@ def build_fmu(component: type[Component], folder: Path | str) -> Path:
     files["resources/slavemodule.txt"] = entry.encode()
     files["documentation/index.html"] = documentation_page(component).encode()
     files |= licences("shaper-fmu", "pythonfmu")
+    files |= icon_and_terminals(component, 2)
     files |= _wrappers(name)
     generator = f"shaper-fmu {version('shaper-fmu')} with pythonfmu {version('pythonfmu')}"
     draft = fmi2_model_description(component, "", generator, _CAPABILITIES)

@@ -20,6 +20,7 @@ from shaper_fmu.export.native.kernels import kernel_files
 from shaper_fmu.export.native.table import component_table
 from shaper_fmu.export.native.toolchain import PLATFORMS, Platform, build_library, platform_named, toolchain_version
 from shaper_fmu.export.packing import check_component, content_guid, licences
+from shaper_fmu.export.terminals_and_icons import icon_and_terminals
 
 _LAYER = ("values.c", "messages.c", "states.c", "life.c", "exchange.c")
 _VERSIONS = {2: ("fmi2.c",), 3: ("fmi3.c", "fmi3_simulation.c", "fmi3_absent.c")}
@@ -46,6 +47,7 @@ def build_native_fmu(
     kernels = kernel_files(component)
     generator = f"shaper-fmu {version('shaper-fmu')} with ziglang {toolchain_version()}"
     files = {"documentation/index.html": documentation_page(component).encode(), **licences("shaper-fmu")}
+    files |= icon_and_terminals(component, fmi)
     draft = _DESCRIPTIONS[fmi](component, "", generator)
     table = component_table(component, "")
     # what is inside decides the token, and not the names of the kernels' files, which tell the text of the sources
