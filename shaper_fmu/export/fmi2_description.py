@@ -12,7 +12,10 @@ from shaper_fmu.component import Component, Variable
 from shaper_fmu.export import description_parts as parts
 from shaper_fmu.export import model_structure as structure
 
-_SAVED = {"canNotUseMemoryManagementFunctions": "true", "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"}
+_NATIVE = {
+    "canNotUseMemoryManagementFunctions": "true", "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true",
+    "providesDirectionalDerivative": "true",
+}  # fmt: skip
 
 
 def fmi2_native_description(component: type[Component], guid: str, generator: str) -> bytes:
@@ -24,9 +27,9 @@ def fmi2_native_description(component: type[Component], guid: str, generator: st
         "canHandleVariableCommunicationStepSize": "true",
         "canInterpolateInputs": parts.text(any(v.slope for v in component.variables.values())),
         "maxOutputDerivativeOrder": str(structure.output_derivative_order(component)),
-        **_SAVED,
+        **_NATIVE,
     }
-    exchange = {"completedIntegratorStepNotNeeded": parts.text(not component.sampled), **_SAVED}
+    exchange = {"completedIntegratorStepNotNeeded": parts.text(not component.sampled), **_NATIVE}
     return fmi2_model_description(
         component, guid, generator, co_simulation, exchange if component.continuous_states is not None else None, log_events=True
     )

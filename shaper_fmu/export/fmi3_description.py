@@ -12,9 +12,9 @@ from shaper_fmu.component import Component, Variable
 from shaper_fmu.export import description_parts as parts
 from shaper_fmu.export import model_structure as structure
 
-_SAVED = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
+_NATIVE = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true", "providesDirectionalDerivatives": "true"}
 _CO_SIMULATION = {
-    **_SAVED,
+    **_NATIVE,
     "canHandleVariableCommunicationStepSize": "true",
     "providesIntermediateUpdate": "true",
     "mightReturnEarlyFromDoStep": "true",
@@ -34,7 +34,7 @@ def fmi3_native_description(component: type[Component], token: str, generator: s
     identifier = {"modelIdentifier": component.__name__}
     if component.continuous_states is not None:
         needed = {"needsCompletedIntegratorStep": parts.text(component.sampled)}
-        etree.SubElement(root, "ModelExchange", {**identifier, **_SAVED, **needed})
+        etree.SubElement(root, "ModelExchange", {**identifier, **_NATIVE, **needed})
     order = {"maxOutputDerivativeOrder": str(structure.output_derivative_order(component))}
     etree.SubElement(root, "CoSimulation", {**identifier, **_CO_SIMULATION, **order})
     parts.add_units(root, component, "s")  # of the time

@@ -22,7 +22,7 @@ from shaper_fmu.export.native.toolchain import PLATFORMS, Platform, build_librar
 from shaper_fmu.export.packing import check_component, content_guid, licences
 from shaper_fmu.export.terminals_and_icons import icon_and_terminals
 
-_LAYER = ("values.c", "messages.c", "states.c", "life.c", "exchange.c")
+_LAYER = ("values.c", "messages.c", "states.c", "life.c", "exchange.c", "derivatives.c")
 _VERSIONS = {2: ("fmi2.c",), 3: ("fmi3.c", "fmi3_simulation.c", "fmi3_absent.c")}
 _HEADERS = ("component.h", "fmi3.h")
 _DESCRIPTIONS = {2: fmi2_native_description, 3: fmi3_native_description}

@@ -119,6 +119,7 @@ typedef struct Instance Instance;
 struct Instance {
     char *name;
     unsigned char *record;  /* the component's values */
+    unsigned char *trial;   /* derivatives: the values when one of them is changed */
     unsigned char *scratch; /* model exchange: the values at a trial time */
     unsigned char *held;    /* model exchange: the record of the last event, for its inputs */
     Phase phase;
@@ -156,6 +157,13 @@ double next_event(const Instance *);
 double next_solver_event(const Instance *);
 int samples_changed(const Instance *);
 
+Status run_trial(Instance *, double t);
+
+/* derivatives.c */
+enum { UNKNOWNS_AT_ONCE = 16 };
+int is_unknown(Instance *, const Variable *);
+Status add_derivatives(Instance *, const Variable *known, int element, double seed, const int *unknown, int n, double *sensitivity);
+
 /* states.c */
 size_t serialized_size(void);
 Status save_state(Instance *, void **state);
@@ -170,10 +178,12 @@ Status get_states(Instance *, double *x, size_t n);
 Status set_states(Instance *, const double *x, size_t n);
 Status get_derivatives(Instance *, double *dx, size_t n);
 Status get_nominals(Instance *, double *x, size_t n);
+double nominal_value(const Instance *, const Variable *, int element);
 Status enter_continuous_time(Instance *);
 Status no_indicators(Instance *, size_t n);
 
 /* values.c */
+int in_domain(const Variable *, double value);
 void *field(const Instance *, const Variable *, int element);
 void start_values(unsigned char *record, int with_inputs_and_parameters);
 Status check_domains(Instance *);

@@ -55,13 +55,15 @@ Status get_derivatives(Instance *instance, double *dx, size_t n) {
     return OK;
 }
 
+/* The usual size of a variable, which another one may hold. */
+double nominal_value(const Instance *instance, const Variable *v, int element) {
+    double nominal = v->nominal_of < 0 ? v->nominal : *real_at(instance, &component.variable[v->nominal_of], element);
+    return isfinite(nominal) && nominal > 0.0 ? nominal : 1.0;
+}
+
 Status get_nominals(Instance *instance, double *x, size_t n) {
     if (check_count(instance, x, n, "nominal values") || refresh(instance)) return ERROR;
-    for (size_t i = 0; i < n; i++) {
-        const Variable *v = state_at(i);
-        x[i] = v->nominal_of < 0 ? v->nominal : *real_at(instance, &component.variable[v->nominal_of], component.state[i].element);
-        if (!(isfinite(x[i]) && x[i] > 0.0)) x[i] = 1.0;
-    }
+    for (size_t i = 0; i < n; i++) x[i] = nominal_value(instance, state_at(i), component.state[i].element);
     return OK;
 }
 

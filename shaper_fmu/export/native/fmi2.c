@@ -190,9 +190,25 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedSta
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
                                         const fmi2ValueReference vKnown_ref[], size_t nKnown, const fmi2Real dvKnown[],
                                         fmi2Real dvUnknown[]) {
-    (void)vUnknown_ref, (void)nUnknown, (void)vKnown_ref, (void)nKnown, (void)dvKnown, (void)dvUnknown;
-    REQUIRE(READABLE);
-    return (fmi2Status)refuse(instance, ERROR, "%s: directional derivatives are not provided", component.name);
+    REQUIRE(READABLE & ~FAILED);
+    if (!check_null(instance, vUnknown_ref, nUnknown, __func__) || !check_null(instance, dvUnknown, nUnknown, __func__) ||
+        !check_null(instance, vKnown_ref, nKnown, __func__) || !check_null(instance, dvKnown, nKnown, __func__))
+        return fmi2Error;
+    for (size_t first = 0; first < nUnknown; first += UNKNOWNS_AT_ONCE) {
+        int unknown[UNKNOWNS_AT_ONCE], n = 0;
+        for (; n < UNKNOWNS_AT_ONCE && first + (size_t)n < nUnknown; n++) {
+            const Variable *v = find(instance, vUnknown_ref[first + (size_t)n], 1 << REAL, "Real");
+            if (!v || !is_unknown(instance, v)) return fmi2Error;
+            unknown[n] = component.scalar[vUnknown_ref[first + (size_t)n]].offset;
+            dvUnknown[first + (size_t)n] = 0.0;
+        }
+        for (size_t i = 0; i < nKnown; i++) {
+            const Variable *v = find(instance, vKnown_ref[i], 1 << REAL, "Real");
+            int element = v ? component.scalar[vKnown_ref[i]].element : 0;
+            if (!v || add_derivatives(instance, v, element, dvKnown[i], unknown, n, dvUnknown + first)) return fmi2Error;
+        }
+    }
+    return fmi2OK;
 }
 
 /* Model exchange */

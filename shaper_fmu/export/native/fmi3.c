@@ -180,6 +180,44 @@ SETTER(Int32, 1 << INTEGER, int)
 SETTER(Int64, 1 << ENUMERATION, int)
 SETTER(Boolean, 1 << BOOLEAN, int)
 
+/* The derivatives of at most UNKNOWNS_AT_ONCE unknowns along all knowns. */
+static Status derivatives_along(Instance *self, const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
+                                const int *unknown, int n, fmi3Float64 sensitivity[]) {
+    size_t k = 0;
+    for (int i = 0; i < n; i++) sensitivity[i] = 0.0;
+    for (size_t i = 0; i < nKnowns; i++) {
+        int is_time = knowns[i] == (unsigned)component.visible;
+        const Variable *v = is_time ? 0 : &component.variable[component.visible_variable[knowns[i]]];
+        for (int j = 0; j < (is_time ? 1 : length(v)); j++)
+            if (add_derivatives(self, v, j, seed[k++], unknown, n, sensitivity)) return ERROR;
+    }
+    return OK;
+}
+
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
+                                        const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed,
+                                        fmi3Float64 sensitivity[], size_t nSensitivity) {
+    REQUIRE(READABLE & ~FAILED);
+    if (!check_null(self, unknowns, nUnknowns, __func__) || !check_null(self, knowns, nKnowns, __func__) ||
+        !check_null(self, seed, nSeed, __func__) || !check_null(self, sensitivity, nSensitivity, __func__) ||
+        count(self, unknowns, nUnknowns, 1 << REAL, "Float64", nSensitivity, 0) ||
+        count(self, knowns, nKnowns, 1 << REAL, "Float64", nSeed, 1))
+        return fmi3Error;
+    int unknown[UNKNOWNS_AT_ONCE], n = 0;
+    for (size_t i = 0, done = 0; i < nUnknowns; i++) {
+        const Variable *v = &component.variable[component.visible_variable[unknowns[i]]];
+        if (!is_unknown(self, v)) return fmi3Error;
+        for (int j = 0; j < length(v); j++) {
+            unknown[n++] = v->offset + 8 * j;
+            if (n < UNKNOWNS_AT_ONCE && done + (size_t)n < nSensitivity) continue;
+            if (derivatives_along(self, knowns, nKnowns, seed, unknown, n, sensitivity + done)) return fmi3Error;
+            done += (size_t)n;
+            n = 0;
+        }
+    }
+    return fmi3OK;
+}
+
 fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState) {
     REQUIRE(BETWEEN_CALLS);
     return (fmi3Status)save_state(self, FMUState);

@@ -58,9 +58,6 @@ ABSENT(GetNumberOfVariableDependencies, "dependencies that change while running"
 ABSENT(GetVariableDependencies, "dependencies that change while running", fmi3ValueReference dependent,
        size_t elementIndicesOfDependent[], fmi3ValueReference independents[], size_t elementIndicesOfIndependents[],
        fmi3DependencyKind dependencyKinds[], size_t nDependencies)
-ABSENT(GetDirectionalDerivative, "directional derivatives", const fmi3ValueReference unknowns[], size_t nUnknowns,
-       const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[],
-       size_t nSensitivity)
 ABSENT(GetAdjointDerivative, "adjoint derivatives", const fmi3ValueReference unknowns[], size_t nUnknowns,
        const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[],
        size_t nSensitivity)

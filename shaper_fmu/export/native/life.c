@@ -13,11 +13,12 @@ Instance *new_instance(const char *name, int model_exchange) {
     if (!instance) return 0;
     size_t size = (size_t)component.record_size;
     instance->name = (char *)malloc(strlen(name) + 1);
-    instance->record = (unsigned char *)calloc(model_exchange ? 3 : 1, size);
+    instance->record = (unsigned char *)calloc(model_exchange ? 4 : 2, size);
     if (!instance->name || !instance->record) return free_instance(instance), (Instance *)0;
     strcpy(instance->name, name);
-    instance->scratch = model_exchange ? instance->record + size : 0;
-    instance->held = model_exchange ? instance->record + 2 * size : 0;
+    instance->trial = instance->record + size;
+    instance->scratch = model_exchange ? instance->record + 2 * size : 0;
+    instance->held = model_exchange ? instance->record + 3 * size : 0;
     instance->model_exchange = model_exchange;
     instance->log_mask = LOG_ALL & ~LOG_EVENTS;
     reset_instance(instance);
@@ -96,11 +97,11 @@ Status enter_initialization(Instance *instance) {
     return OK;
 }
 
-static Status run_start(Instance *instance) {
+static Status run_start(Instance *instance, unsigned char *record) {
     int status = 0;
     void *unused = 0;
-    if (component.start(&status, &unused, instance->record)) status = -1;
-    return status ? kernel_failure(instance, instance->record, status, instance->time) : OK;
+    if (component.start(&status, &unused, record)) status = -1;
+    return status ? kernel_failure(instance, record, status, instance->time) : OK;
 }
 
 static Status run_step(Instance *instance, unsigned char *record, double t, double h, int left_limits) {
@@ -117,7 +118,7 @@ static Status initialize(Instance *instance) {
     if (check_domains(instance)) return ERROR;
     if (!instance->untouched) start_values(instance->record, 0);
     instance->untouched = 0;
-    if (run_start(instance) || check_results(instance, instance->record, instance->time, 1)) return ERROR;
+    if (run_start(instance, instance->record) || check_results(instance, instance->record, instance->time, 1)) return ERROR;
     if (run_step(instance, instance->record, instance->time, 0.0, 0)) return ERROR;
     instance->stale = 0;
     return OK;
@@ -154,6 +155,17 @@ static Status try_out(Instance *instance) {
     instance->stale = 0;
     instance->tried = 1;
     return OK;
+}
+
+/* Results at t from the values in the trial record: what they would be if these were the instance's. */
+Status run_trial(Instance *instance, double t) {
+    int waits = instance->phase == CONTINUOUS && next_event(instance) <= t + 64.0 * 2.220446049250313e-16 * fabs(t);
+    if (instance->phase == CONTINUOUS && component.sampled) copy_inputs(instance->trial, instance->held);
+    if (instance->phase == INITIALIZING) {
+        start_values(instance->trial, 0);
+        if (run_start(instance, instance->trial) || check_results(instance, instance->trial, t, 1)) return ERROR;
+    }
+    return run_step(instance, instance->trial, t, 0.0, waits);
 }
 
 /* A value was set. At a communication point outputs stay as they are when it is the one that was there already. */

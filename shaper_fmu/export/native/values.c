@@ -59,7 +59,8 @@ static Status out_of_bound(Instance *instance, const Variable *v, const char *la
                   value, space, v->unit, relation, bound, space, v->unit, at_time(when, sizeof when, t));
 }
 
-static int in_domain(const Variable *v, double value) {
+/* Whether a number is within its variable's bounds. */
+int in_domain(const Variable *v, double value) {
     int low = !v->lower || (v->lower == EXCLUSIVE ? value > v->min : value >= v->min);
     int high = !v->upper || (v->upper == EXCLUSIVE ? value < v->max : value <= v->max);
     return isfinite(value) && low && high;
