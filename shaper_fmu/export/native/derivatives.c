@@ -14,11 +14,11 @@ static const double NARROW = 1.0 / 1024; /* of the value's size */
 static const double INSTANT = 1.0 / 1048576; /* s, for the time */
 
 typedef struct {
-    double place, weight; /* in intervals, and of the value there in the derivative times the interval */
+    double place, weight; /* in intervals, and of the change up to there in the derivative times the interval */
 } Point;
 
 static const Point CENTRAL[] = {{-2, 1.0 / 12}, {-1, -8.0 / 12}, {1, 8.0 / 12}, {2, -1.0 / 12}};
-static const Point FORWARD[] = {{0, -25.0 / 12}, {1, 48.0 / 12}, {2, -36.0 / 12}, {3, 16.0 / 12}, {4, -3.0 / 12}};
+static const Point FORWARD[] = {{1, 48.0 / 12}, {2, -36.0 / 12}, {3, 16.0 / 12}, {4, -3.0 / 12}};
 
 /* The record's copy with one value changed, and what follows from it; no variable stands for the time. */
 static Status evaluate(Instance *instance, const Variable *known, int element, double value) {
@@ -52,12 +52,16 @@ static Status narrow_differences(Instance *instance, const Variable *known, int 
     double value = now_of(instance, known, element);
     int up = is_free(instance, known, value + 2.0 * interval), down = is_free(instance, known, value - 2.0 * interval);
     const Point *points = up && down ? CENTRAL : FORWARD;
-    int count = up && down ? 4 : 5;
-    double along = up ? interval : -interval;
-    for (int i = 0; i < n; i++) difference[i] = 0.0;
-    for (int k = 0; k < count; k++) {
+    double along = (up && down) || is_free(instance, known, value + 4.0 * interval) ? interval : -interval;
+    double here[UNKNOWNS_AT_ONCE];
+    if (evaluate(instance, known, element, value)) return ERROR;
+    for (int i = 0; i < n; i++) {
+        here[i] = unknown_at(instance, unknown[i]);
+        difference[i] = 0.0;
+    }
+    for (int k = 0; k < 4; k++) {
         if (evaluate(instance, known, element, value + points[k].place * along)) return ERROR;
-        for (int i = 0; i < n; i++) difference[i] += points[k].weight * unknown_at(instance, unknown[i]) / along;
+        for (int i = 0; i < n; i++) difference[i] += points[k].weight * (unknown_at(instance, unknown[i]) - here[i]) / along;
     }
     return OK;
 }
