@@ -60,8 +60,8 @@ def read_file(path: Path) -> bytes:
 def read_archive(content: bytes, name: str) -> dict[str, bytes]:
     """All files of an archive: name -> content. Raises ArchiveError, which calls it `name`, if it is damaged or hostile.
 
-    What the archive tells of itself is judged before anything is unpacked: see `archive_entries`. Of a system's archive, the
-    FMUs and systems in it count too, by what they tell to unpack to. Each is judged as a whole when it is read itself.
+    The archive's own declarations are checked before anything is unpacked: see `archive_entries`. In a system's archive, the
+    FMUs and systems in it count too, by their declared unpacked sizes. Each is checked as a whole when it is read itself.
     """
     entries = archive_entries(content, name)
     files = {entry.name: entry.unpacked(content, name) for entry in entries if not entry.is_folder}
@@ -121,7 +121,7 @@ def _check_nested(files: dict[str, bytes], name: str) -> None:
             continue
         try:
             entries = archive_entries(content, f"{name}/{inner}")
-        except ArchiveError:  # told by who uses it, who knows its place in the system
+        except ArchiveError:  # reported by its user, who knows its place in the system
             continue
         size += sum(entry.size for entry in entries)
         if size > MOST_BYTES:

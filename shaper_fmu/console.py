@@ -1,7 +1,7 @@
 """The consoles to which the command line writes.
 
-Texts are printed as they are, for names come from outside, and `:smile:` may be one. Words stay whole, since names and paths
-are copied and searched for: on a terminal lines break between words, and in a pipe or a file nowhere.
+Texts are printed unchanged, since names come from outside, and `:smile:` may be one. Words are never broken, since names and paths
+are copied and searched for: on a terminal lines break between words, and in a pipe or a file lines do not break.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ err: PlainConsole = PlainConsole(stderr=True)
 
 
 def show(table: Table, lines: bool = False, styles: Mapping[str, str] | None = None) -> None:
-    """Print a table; the first column left-aligned, the others right: all left if they hold words.
+    """Print a table; the first column left-aligned, the others right: all of them left if `left_aligned`.
 
     With `lines` between the rows; `styles` are of cells, by their texts. What is too wide for the terminal is printed
     cell by cell.

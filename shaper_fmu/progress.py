@@ -16,7 +16,7 @@ RunsUpdate = Callable[[int, int, int], None]
 """Called with the numbers of runs that are done, that have failed, and of all."""
 
 _LINE_AFTER = 5.0
-"""A piped sweep says how far it is when this time has passed [s]."""
+"""A piped sweep prints its progress at this interval [s]."""
 
 
 def _text(form: str) -> TextColumn:

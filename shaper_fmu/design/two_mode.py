@@ -5,7 +5,7 @@ shaper for each mode, and usually shorter. Conditions at both modes, with wd = w
 
     S = sum A_i exp(zeta w (t_i - D)) exp(j wd t_i) = 0, and for "zvd" also dS/dw = 0;  A_i >= 0, sum A_i = 1.
 
-On a grid of impulse times a linear programme tells whether a duration D allows this, and D is bisected; then the impulse
+On a grid of impulse times a linear programme decides whether a duration D allows this, and D is bisected; then the impulse
 times are set free, D is shortened, and the conditions are solved by Newton's method with minimum-norm steps.
 """
 

@@ -1,8 +1,8 @@
 """Clocks of FMI 3.0 in a model description, and which of them this master can run.
 
-Time-based input clocks tick at times that the FMU tells: periodic ones (constant, fixed, calculated, tunable) at
+Time-based input clocks tick at times that the FMU determines: periodic ones (constant, fixed, calculated, tunable) at
 start + shift + k * interval, aperiodic ones (changing, countdown) an interval after the last tick, or after the event at which
-the FMU tells the interval. Triggered ones are output clocks, which the FMU itself makes tick, and input clocks that are
+the FMU returns the interval. Triggered ones are output clocks, which the FMU itself makes tick, and input clocks that are
 connected to them. All of that happens in event mode (FMI 3.0, section 2.2.8), so that an FMU with clocks needs it.
 """
 
@@ -30,7 +30,7 @@ class Clock:
     Attributes:
         variability: "constant", "fixed", "calculated", "tunable", "changing", "countdown" or "triggered".
         interval, shift: of a periodic clock, in units of 1 / `resolution` seconds; None where the FMU has to be asked for them.
-        asks_fraction: whether the FMU tells intervals as fractions.
+        asks_fraction: whether the FMU gives intervals as fractions.
         problem: the reason why it cannot be run; "" if it can.
     """
 

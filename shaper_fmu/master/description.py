@@ -28,7 +28,7 @@ from shaper_fmu.xml_files import parse_xml
 
 _FILE = "modelDescription.xml"
 _ENCODINGS = (("utf-8", "strict"), ("cp1252", "replace"))
-"""Encodings that are tried where a file is not in the one that it tells."""
+"""Encodings that are tried if a file is not in its declared one."""
 _PRERELEASE = re.compile(r"3\.\d.*-(alpha|beta)")
 
 

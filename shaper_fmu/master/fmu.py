@@ -52,7 +52,7 @@ class Fmu:
         description: fmpy's model description.
         version: of FMI, 2 or 3.
         findings: what is wrong with the description, but does not stop it from being run.
-        readable_after_set: whether it says that its outputs may be read between the setting of inputs and the step.
+        readable_after_set: whether it declares that outputs may be read between setting inputs and the step.
         variables: the variables by name; an array of FMI 3.0 as its elements x[1], x[2], ... (x[1,1], x[1,2], ... in rows).
         structure: values of structural parameters by name, where they are not the FMU's own.
     """

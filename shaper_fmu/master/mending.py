@@ -1,7 +1,7 @@
 """Repairs harmless faults in foreign model descriptions, and refuses the others.
 
-Mended, in the parsed tree, so that fmpy can read it, and told as a finding: what no run needs, or where the cautious reading is
-clear (a dependency that cannot be is none that is told, a unit whose definition cannot be read is a name alone). Refused: what
+Repaired in the parsed tree, so that fmpy can read it, and reported: what no run needs, or where the cautious reading is
+clear (an impossible dependency counts as undeclared, a unit whose definition cannot be read is a name alone). Refused: what
 leaves open which value a call of the FMU moves, or which file is loaded as its library.
 """
 
@@ -177,7 +177,7 @@ def _mend_types(root: etree._Element, version: int, where: str) -> Iterator[str]
             continue
         typed = definition if version == 3 else definition[0]
         for attribute in set(typed.attrib) - (_TYPE_ATTRIBUTES if version == 3 else _TYPE_ATTRIBUTES - {"name"}):
-            del typed.attrib[attribute]  # the schema tells it
+            del typed.attrib[attribute]  # the schema reports it
         for item in typed.findall("Item"):
             if not item.get("name") or (version > 1 and whole(item.get("value")) is None):
                 yield f"Item {item.get('name')!r} (line {item.sourceline}) has no name or no integer value; it does not count"
@@ -224,7 +224,7 @@ def _mend_roles(variable: etree._Element, typed: etree._Element, what: str, vers
             yield f"{what}: " + _forget(variable, "variability", "is none of the independent variable")
             variable.set("variability", "continuous")
         else:
-            variable.set("initial", initial)  # fmpy's validation tells that the combination is not allowed
+            variable.set("initial", initial)  # fmpy's validation reports that the combination is not allowed
     elif version == 2 and variability is None and variable.get("initial") is None and ("continuous", causality) not in _LEGAL:
         variable.set("initial", _INITIAL.get(causality, "calculated"))
     of = whole if "Int" in str(typed.tag) or typed.tag == "Enumeration" else _bound

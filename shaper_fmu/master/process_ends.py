@@ -1,8 +1,8 @@
 """Handles FMUs that end their process: they do so with a message, and never with exit code 0.
 
-C's exit() runs our handler before it ends the process; if that is in the midst of an FMU's call, it tells whose, and the exit code
-is 1. Faults (abort, memory access and the like) end the process by their signal, after a line that was written beforehand: nothing
-else is safe then. Nothing in a process can hear _exit(): only a process of its own (`isolate=True`, the workers of sweeps) can.
+C's exit() runs our handler before it ends the process. During an FMU's call the message names the call, and the exit code is 1.
+Faults (abort, memory access and the like) end the process by their signal, after a line that was written beforehand: nothing
+else is safe then. Nothing in a process can intercept _exit(); only a separate process (`isolate=True`, the workers of sweeps) notices it.
 The handlers are machine code, since C calls the first one after Python's end, too.
 """
 
@@ -36,7 +36,7 @@ _made: tuple[int, int, Any] | None = None
 """The memory, the address of the handler of faults, and what must not be collected."""
 
 _put_back: Callable[[], None] | None = None
-"""Puts back what FMUs have changed in the process, so that a user can read what is told."""
+"""Puts back what FMUs have changed in the process, so that a user can read the message."""
 
 live: dict[int, tuple[str, str, str]] = {}
 """The instances by number: name, FMU, and the folder of its libraries."""

@@ -14,7 +14,7 @@ _left: dict[bytes, tuple[bytes | None, bytes | None]] = {}
 
 _place = ctypes.c_void_p.in_dll(ctypes.CDLL(None), "environ") if sys.platform == "linux" else ctypes.c_void_p()
 _known: tuple[int, bytes, dict[bytes, bytes]] = 0, b"", {}
-"""Where C's array of entries was when it was last read, its addresses, and what they said: reading them all takes a while."""
+"""Where C's array of entries was when it was last read, its addresses, and their content: reading them all takes a while."""
 
 
 def _variables() -> dict[bytes, bytes]:

@@ -1,6 +1,6 @@
 """The parts of a process that an FMU may change and that are restored; each is a class that keeps the state it finds.
 
-`restore` puts back what differs, and tells whether something did; `close` lets go of what was kept.
+`restore` undoes differences, and returns whether there were any; `close` releases the kept state.
 """
 
 from __future__ import annotations

@@ -32,14 +32,14 @@ _ROOM = 256
 """Bytes, more than C's struct sigaction has anywhere. It begins with the handler."""
 
 _RELEVANT = np.r_[0:16, 136:140] if sys.platform == "linux" else np.r_[0:16]
-"""Those that tell something: handler, mask and flags. On Linux the mask has room for more signals than there are."""
+"""The relevant bytes: handler, mask and flags. On Linux the mask has room for more signals than there are."""
 
 _here = ctypes.CDLL(None) if POSIX else None
 _buffer = np.zeros((len(_WATCHED), _ROOM), np.uint8)
 _places = [(ctypes.c_int(number), ctypes.c_void_p(row.ctypes.data)) for number, row in zip(_WATCHED, _buffer, strict=True)]
 
 _left: dict[int, tuple[bytes, bytes]] = {}
-"""By signal: the action that was found, and what tells that of an FMU, which was left."""
+"""By signal: the action that was found, and the relevant bytes of an FMU's action that was left."""
 
 
 def _actions() -> np.ndarray:
@@ -77,7 +77,7 @@ class Signals:
             self._actions = _actions()
 
     def restore(self) -> bool:
-        """Put back what is the caller's, and what nobody needs any more."""
+        """Restore the caller's handlers, and those that no FMU needs any more."""
         if not POSIX:
             return False
         changed = False
@@ -128,7 +128,7 @@ class Timers:
         self._since = time.monotonic()
 
     def restore(self) -> bool:
-        """Stop those of FMUs that nobody handles, and start again what was stopped."""
+        """Stop FMUs' timers without a handler, and restart the caller's."""
         changed = False
         for timer, (left, interval) in self._kept.items():
             left_now = signal.getitimer(timer)[0]

@@ -22,13 +22,13 @@ _STEPS_OF_A_MOVE = 10
 _STEPS_OF_A_PERIOD = {True: 2, False: 10}  # with exact events, and on the grid
 _UNITS = {"duration": "s", "natural_frequency": "rad/s"}
 _CHOICES = ("modes", "profile")
-"""Parameters that tell which of the others count: how many modes there are, and what the move is."""
+"""Parameters that decide which of the others count: how many modes there are, and what the move is."""
 _WITHOUT_SLOPE = {"step": ("position", "velocity", "acceleration"), "trapezoid": ("acceleration",)}
 """Outputs of a move that are constant between its events."""
 
 
 def time_scales(system: SystemStructure) -> list[Port]:
-    """The variables that tell how fast a system is: durations and natural frequencies, by their usual names and units; and what
+    """The variables with a system's time scales: durations and natural frequencies, by their usual names and units; and what
     is chosen among them."""
     found = []
     for name, fmu in system.fmus.items():

@@ -27,7 +27,7 @@ _SOURCES = ("output", "local", "calculatedParameter", "constant")
 class SystemStructure:
     """FMUs, their start values, and the sources of their inputs; `System` adds simulation and export.
 
-    Wrong names, types and units raise ModelError where they are given; `check` tells what is missing in the whole.
+    Wrong names, types and units raise ModelError where they are given; `check` reports what is missing in the whole.
     """
 
     def __init__(self, name: str = "system"):
@@ -41,7 +41,7 @@ class SystemStructure:
         self.signals: dict[Port, Signal] = {}
         self.event_outputs: list[Port] = []
         self.without_event_mode: set[str] = set()
-        self.readable: dict[str, bool] = {}  # what the user says of instances, see read_after_set
+        self.readable: dict[str, bool] = {}  # the user's settings, see read_after_set
 
     def announce(self, output: str) -> None:
         """Declare that "instance.output" is the time [s] of the instance's next event; outputs called next_event_time are known."""

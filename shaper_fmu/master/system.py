@@ -14,7 +14,7 @@ from shaper_fmu.master.structure import SystemStructure
 class System(SystemStructure):
     """A system of coupled FMUs.
 
-    Wrong names, types and units raise ModelError where they are given; `check` tells what is missing in the whole.
+    Wrong names, types and units raise ModelError where they are given; `check` reports what is missing in the whole.
 
         system = System("example")
         system.add("shaper", "fmus/InputShaper.fmu", shaper="zvd", natural_frequency=[10.0])

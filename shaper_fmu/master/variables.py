@@ -19,7 +19,7 @@ for _bits in (8, 16, 32, 64):
     _TYPES |= {f"Int{_bits}": int, f"UInt{_bits}": int}
     _RANGES |= {f"Int{_bits}": (-(2 ** (_bits - 1)), 2 ** (_bits - 1)), f"UInt{_bits}": (0, 2**_bits)}
 TRANSFERABLE = ("real", "integer", "boolean", "enumeration")
-"""What `kind_of` tells of variables that a master moves; texts, binaries and clocks stay where they are."""
+"""The results of `kind_of` for variables that a master exchanges; texts, binaries and clocks are not exchanged."""
 _MOST_SHOWN = 20
 MOST_VALUES = 4096
 _BOOLEANS = {"true": True, "false": False, "1": True, "0": False}

@@ -1,5 +1,5 @@
 """Metrics: figures of merit that are computed while a system is stepped, so that no trajectory has to be kept.
 
-Each is a file of its own: formula, what it needs, unit, keys in study.toml. `metric` is their base and tells how one is written,
+Each is a file of its own: formula, what it needs, unit, keys in study.toml. `metric` is their base and shows how one is written,
 `known` finds them; docs/extending.md shows one from another package.
 """

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Okabe and Ito's palette, which the colour-blind can tell apart."""
+"""Okabe and Ito's palette, which the colour-blind can distinguish."""
 
 DASHES = ("solid", "dash", "dashdot", "dot")
 """So that lines differ in black and white too."""

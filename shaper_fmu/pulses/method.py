@@ -18,7 +18,7 @@ class PulseMethod(Method):
             may read m.natural_frequency [rad/s], m.damping_ratio, m.duration [s], m.frequency_ratio and its own parameters;
             it sets m.travel_time [s] where that is not `duration`, m.frequency [Hz] where there is a carrier, and
             m.certificate_left where it solves equations.
-        failure: what is told where there is no such command; "{duration}" stands for that variable's value.
+        failure: the message if there is no such command; "{duration}" stands for that variable's value.
         reference: kernel (m, s): what the carrier modulates at s [s] before the end of the travel; without it a step.
         jumps_at_start, jumps_at_end: whether the reference jumps there.
         timed: whether it takes `duration`, and not the time that it needs.

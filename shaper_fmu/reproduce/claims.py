@@ -16,7 +16,7 @@ class Claim:
     """A statement of a paper and its verdict.
 
     Attributes:
-        statement: what the paper says, as a short quotation or close paraphrase, with its section or figure.
+        statement: the paper's statement, as a short quotation or close paraphrase, with its section or figure.
         number: the number found here, with its unit.
         verdict: "not decidable" where the paper does not say enough to try it.
         why: what was run, and how it decides.

@@ -83,7 +83,7 @@ class OscillatorBench:
     ) -> Residuals:
         """Run with start `values` of the command on a plant of this mode.
 
-        `duration` is the command's [s], or the kept variable that tells it; `exact` as in `Simulation.run`.
+        `duration` is the command's [s], or the kept variable that contains it; `exact` as in `Simulation.run`.
         """
         mode = natural_frequency, damping_ratio
         plant = plant_values(self.stiffness, *mode)

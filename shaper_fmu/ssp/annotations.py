@@ -1,6 +1,6 @@
 """Settings for a run in other tools' annotations: OSP (libcosim) and OMSimulator.
 
-Whose an annotation is says its type, and the namespaces of what is in it; other tools have elements of the same names.
+The type of an annotation, and the namespaces in it, identify its tool; other tools have elements of the same names.
 
 - OSP: Algorithm / FixedStepAlgorithm, baseStepSize [s]. All components step, then all values go over: our "parallel".
 - OMSimulator: SimulationInformation / FixedStepMaster "oms-ma", stepSize [s]. Values go over in the order in which they depend

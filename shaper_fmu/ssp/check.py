@@ -1,6 +1,6 @@
 """Checks SSP archives: reports the findings of reading them, and those of a run, with file and line.
 
-What is checked, and its words, is listed in docs/checking.md.
+docs/checking.md lists the checks.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _READERS = {".ssv": read_parameter_set, ".ssm": read_mapping, ".ssb": read_dicti
 def check_ssp(path: Path | str) -> list[str]:
     """The problems of an archive as "file, line N: message", by file and line; empty if there are none.
 
-    An archive that cannot be read at all, or is hostile, has the one problem that says so.
+    An archive that cannot be read at all, or is hostile, has one problem, the reason.
     """
     return [str(finding) for finding in ssp_findings(path)]
 
@@ -154,7 +154,7 @@ def _check_sets(found: Resolved) -> None:
 def _check_run(found: Resolved) -> None:
     """Problems that prevent our master from running the whole system."""
     reported, structure = found.system.check(), found.structure
-    with contextlib.suppress(ModelError):  # of an annotation, which is told
+    with contextlib.suppress(ModelError):  # of an annotation, which is reported
         start, stop, step = structure.start_time or 0.0, structure.stop_time, structure.step_size
         if stop is not None and step is not None and stop > start:
             reported += _time_problems(found.system, start, stop, step)

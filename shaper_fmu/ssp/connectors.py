@@ -65,7 +65,7 @@ def _component_fmu(files: Files, scope: Scope, component: Component) -> Fmu | No
         report(" has no source: a design without an implementation cannot be run")
         return None
     if component.type in (SSD_TYPE, SSP_TYPE):
-        return None  # told
+        return None  # reported
     if component.type != FMU_TYPE:
         report(f" is of type {component.type!r}; FMUs ({FMU_TYPE}) and systems can be run")
         return None

@@ -56,7 +56,7 @@ def write_system(
     It is of version 2.0 if arrays of FMI 3.0 have values, which version 1.0 does not know.
 
     `stop_time`, `step` [s] and `algorithm` become the default experiment, with the annotations of OSP and OMSimulator; `more` are
-    further files of the archive. What SSP does not tell is not in the file: which outputs announce events, and the use of event
+    further files of the archive. What SSP does not define is not in the file: which outputs announce events, and the use of event
     mode. Raises ModelError, with every problem, for what it cannot hold: inputs that functions or tables drive, connections
     of clocks, and those of single elements of FMI 3.0 arrays.
     """

@@ -9,7 +9,7 @@ from enum import IntEnum
 from shaper_fmu.renamed import warn_renamed
 
 Key = tuple[str, int, str]
-"""File, line (0: the file as a whole) and words."""
+"""File, line (0: the file as a whole) and message."""
 
 
 class Weight(IntEnum):

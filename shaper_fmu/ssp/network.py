@@ -29,7 +29,7 @@ TARGETS = ("input", "parameter", "structuralParameter")
 class Node:
     """A connector: the path of its element ("" for the root system) and its name, or a dictionary's key and a signal.
 
-    `side` tells what goes "in" and "out" at a dictionary's reference, which are nodes of their own.
+    `side` distinguishes what goes "in" and "out" at a dictionary's reference, which are nodes of their own.
     """
 
     path: str

@@ -125,7 +125,7 @@ def known_names(network: Network, place: Place) -> Iterator[str]:
 
 
 def bound_values(network: Network, place: Place, binding: ParameterBinding, scope: Scope) -> ParameterSet | None:
-    """The parameter set of a binding; None if there is none, which is told."""
+    """The parameter set of a binding; None, with a finding, if there is none."""
     what = f"parameter binding of {scope.label(place.path)}"
     if binding.type != SET_TYPE:
         scope.report(binding.line, f"{what} is of type {binding.type!r}, which is not read; the standard's is {SET_TYPE}")

@@ -1,7 +1,7 @@
 """Reports the features of an SSP archive that other tools ignore, refuse or treat differently.
 
 Measured with libcosim (libcosimpy 0.0.6), ecos (ecospy 0.7.2) and fmpy.ssp (FMPy 0.3.32) on archives that differ from a plain one
-in the feature named (tests/ssp/test_ssp_portable.py). OMSimulator was not run: what is told of it stands in its own issues, whose
+in the feature named (tests/ssp/test_ssp_portable.py). OMSimulator was not run: its entries come from its own issues, whose
 numbers are given.
 """
 

@@ -1,7 +1,7 @@
 """Flattens nested systems: every element of a description under its path ("sub.inner"), with its FMU or dictionary.
 
 Components that are other system structures (.ssd files of the same archive, "#id" of the same file, archives) are put in as the
-systems that they are. What is wrong with names, sources, connectors and dictionaries is told on the way.
+systems that they are. Faults in names, sources, connectors and dictionaries are reported on the way.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Lays the wires of a flattened system: checks that both ends exist, that signals flow one way, and that each has one source.
 
-Which way they flow is what an FMU says of its variables, and the file of its other connectors. What the standard's table of
-connections does not have is told, but stops nothing as long as values can flow; so are types and units that do not fit, until they
+The direction comes from the FMU for its variables, and from the file for other connectors. Connections that the standard's table
+does not contain are reported, but stop nothing as long as values can flow; so are types and units that do not fit, until they
 turn out to stop a value.
 """
 

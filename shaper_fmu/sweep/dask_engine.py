@@ -1,7 +1,7 @@
 """Runs sweeps on a Dask cluster: each task is a chunk of runs, done by our worker processes on the cluster's machines.
 
 A run that crashes or hangs costs one of these processes, as on one machine. A Dask worker that is lost has its chunks done
-elsewhere; what they had not told is done again, and nothing counts twice.
+elsewhere; runs without an answer are repeated, and nothing counts twice.
 """
 
 from __future__ import annotations

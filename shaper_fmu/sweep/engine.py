@@ -179,7 +179,7 @@ def provenance_of(loaded: SspSystem) -> dict[str, Any]:
 def load_stored_system(store: Store) -> SspSystem:
     """The system whose runs a store holds: at its original place, or with the store, if both were moved.
 
-    Raises StudyError if it is not there, or has changed since, so that it would tell another story.
+    Raises StudyError if it is not there, or has changed since, so that its results would differ.
     """
     study, provenance = store.study(), store.provenance()
     folder, name = store.path.resolve().parent, Path(study.system)

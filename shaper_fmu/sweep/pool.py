@@ -1,6 +1,6 @@
 """Worker processes of a sweep: feeds them, reads their answers, and replaces one that an FMU has killed or that hangs.
 
-What a killed worker has not told is done again. The run it was at is tried once more in a fresh process; a run that kills a
+Runs that a killed worker has not answered are repeated. Its current run is tried once more in a fresh process; a run that kills a
 second time is quarantined: it counts as failed, with the reason. A worker whose answers cannot be read, or are to runs that it
 was not asked for, is broken: what it was asked for counts, the rest does not, and it is replaced as if it had been killed.
 """

@@ -363,7 +363,7 @@ def _unknown_kinds(text: str) -> list[str]:
 def column_names(study: Study) -> dict[str, str]:
     """The columns of start values and metrics: their names, with a number if SQLite would confuse them with earlier ones.
 
-    SQLite does not tell large from small letters: "peak" and "PEAK" are in columns "peak" and "PEAK 2".
+    SQLite does not distinguish upper and lower case: "peak" and "PEAK" are in columns "peak" and "PEAK 2".
     """
     used: set[str] = set(_OWN)
     found: dict[str, str] = {}

@@ -221,7 +221,7 @@ def _check_refine(study: Study, refine: Refine) -> None:
 
 
 def _located(text: str, message: str) -> str:
-    """msgspec's message with the line that it speaks of, and the nearest key for an unknown one."""
+    """msgspec's message with the line of the fault, and the nearest key for an unknown one."""
     unknown = re.search(r"unknown field `([^`]+)`(?: - at `\$([^`]*)`)?", message)
     if unknown:
         known = _fields_at(unknown[2] or "")
@@ -235,7 +235,7 @@ def _located(text: str, message: str) -> str:
 
 
 def _value_at(text: str, message: str) -> str:
-    """The whole key that msgspec's message speaks of, whose names it leaves out, and the value; nothing for other errors."""
+    """The whole key of msgspec's message, which leaves out names, and the value; nothing for other errors."""
     place = re.search(r"at `\$([^`]*)`", message)
     if not place or "unknown field" in message:
         return ""

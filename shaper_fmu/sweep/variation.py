@@ -62,7 +62,7 @@ class Vary(msgspec.Struct, forbid_unknown_fields=True):
             space = np.linspace if self.spacing == "linear" else np.geomspace
             if self.spacing == "log" and not 0.0 < self.low < self.high:
                 raise StudyError(f"log spacing needs 0 < low < high, not low = {self.low:g} and high = {self.high:g}")
-            with np.errstate(over="ignore", invalid="ignore"):  # told below
+            with np.errstate(over="ignore", invalid="ignore"):  # reported below
                 chosen = [float(f"{value:.12g}") for value in space(self.low, self.high, self.points)]
         else:
             raise StudyError("give values, or factors, or low and high with at least 2 points")

@@ -22,7 +22,7 @@ Verdict = Literal["tuned", "proven", "no_vibration", "unstable", "nothing_fits",
 """tuned: the recommended shaper holds on the plant; proven: from measured data, so that there is no plant to try it on;
 no_vibration, unstable: there is nothing to shape, or nothing that shaping could help; nothing_fits: see `Choice.nearest`; not_held:
 on the plant the shaper leaves more than the tolerance; not_verified: no output settles, so that nothing could be compared;
-not_proven: findings speak against the modes that were found, or against there being none."""
+not_proven: findings contradict the modes, or the absence of modes."""
 
 GOOD: tuple[Verdict, ...] = ("tuned", "proven", "no_vibration")
 """Verdicts after which nothing more is to be done."""
@@ -32,13 +32,13 @@ CAVEATS: Mapping[Verdict, str] = {
     "not_held": "NOT HELD: on the plant this shaper leaves more than was asked for, or could not be shown to keep it everywhere",
     "not_verified": "NOT VERIFIED: this shaper could not be tried on the plant",
 }
-"""What every file of a shaper says of it, with verdicts that are not good."""
+"""The caveat in every file of a shaper whose verdict is not good."""
 
 AGAINST_NO_VIBRATION = (*CONTRADICTING, "nonlinear", "no_rest", "coupling", "failed", "modes_differ")
 """Findings of experiments with which nobody can say that a plant does not vibrate."""
 
 UNKNOWN_MARGIN = 0.1
-"""Of the natural frequencies, where nobody has said what varies."""
+"""Of the natural frequencies, if no parameter varies."""
 
 Say = Callable[[str], None]
 """Called with a text on the next step of the work."""

@@ -44,7 +44,7 @@ def tune_measured(
     )  # fmt: skip
     against = [one for one in measured.findings if one.code in CONTRADICTING]
     reasons = "; ".join(one.text for one in against)
-    if against and all(one.code in _UNSTABLE for one in against):  # what speaks against a fit speaks against its unstable poles
+    if against and all(one.code in _UNSTABLE for one in against):  # what contradicts a fit contradicts its unstable poles
         return replace(found, verdict="unstable", summary=reasons)
     if not modes and against:
         return replace(found, verdict="not_proven", summary=f"no mode was found, but {reasons}")

@@ -34,7 +34,7 @@ _LATER = (1 / 16, 1 / 8, 1 / 4, 3 / 8, 1 / 2)
 _SEEN = 0.05
 """Share of the vibration at a later beginning from which on a mode counts."""
 _KNOWN = _FARTHEST / _SURE
-"""Standard deviation of a pole, as a share of it, up to which a mode tells whether it is another one."""
+"""Standard deviation of a pole, as a share of it, up to which it can be decided whether a mode is another one."""
 _LARGE = 0.2
 """Share of a mode from which on bounds follow its pole: it must be known within `_FARTHEST` at a later beginning, too."""
 
@@ -126,7 +126,7 @@ class Beginnings:
         return not disturbance(left_by(cut(self._response, first), found))
 
     def is_free(self, first: int) -> bool:
-        """Whether there are modes, all of them stay, and no finding speaks against the fit."""
+        """Whether there are modes, all of them stay, and no finding contradicts the fit."""
         found = self.seen(first)
         if found is None or not found.modes or any(found.has(code) for code in CONTRADICTING):
             return False

@@ -19,7 +19,7 @@ CONTRADICTING = (
 """Findings with which the modes of a fit prove nothing."""
 _POOR = 0.1
 _ABOVE_FLOOR = 3.0
-"""Residuals below this many times the floor are nobody's business."""
+"""Residuals below this many times the floor are ignored."""
 _CORRELATED = 0.3
 _BENT = 0.15
 """Distance of the cumulative periodogram from white noise's straight line, from which on residuals are not white..."""

@@ -30,7 +30,7 @@ def identify(
 
     Args:
         responses: from `free_response`.
-        smallest_share: modes with less of the amplitude than this, in each output, are not told.
+        smallest_share: modes with less of the amplitude than this, in each output, are not listed.
         resolution: what is below this share of an output's RMS is not looked at: the residual need not be smaller.
         most_poles: that are looked for, beside those at 0.
 

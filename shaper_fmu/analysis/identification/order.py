@@ -23,7 +23,7 @@ _TRIAL_STEPS = 12
 _HOPE = 2.0
 """A further pole is worth a polish if the criterion is worse with it by less than this times log(values)."""
 _CERTAIN = 400.0
-"""Squares of coefficients over their variances above which nobody asks whether a pole is there."""
+"""Squares of coefficients over their variances above which the presence of a pole is certain."""
 _HARDLY = 0.2
 _SLOW = 4.0
 _BETTER = 2.0

@@ -80,7 +80,7 @@ class Identification:
         modes: of vibration.
         others: other poles, see `Kind`.
         noise: standard deviation of the residual of each output, in its unit, shape (experiments, outputs); at least its floor.
-        order: number of poles, those at 0 and those that are not told included.
+        order: number of poles, those at 0 and those that are not listed included.
         findings: what the user should know.
         names: of the outputs.
         step: distance of the samples [s].

@@ -22,7 +22,7 @@ _NOISE_MARGIN = 1.3
 _ROUNDING = 3e-8
 """Of singular values from squares, relative to the largest."""
 _AT_ZERO = 0.5
-"""Poles with |s| duration below this are told from 0 by nothing but a polynomial."""
+"""Poles with |s| duration below this can be distinguished from 0 only by a polynomial."""
 
 
 @dataclass(frozen=True)

@@ -74,7 +74,7 @@ def _gradients(x: np.ndarray, chosen: Sequence[_Peak], layout: Layout) -> tuple[
 def stationary(x: np.ndarray, bands: Sequence[Band], layout: Layout, active: Sequence[Active] = ()) -> np.ndarray | None:
     """The unknowns of the optimum near x; None if Newton's method does not converge to one.
 
-    `active` says where V limits the sequence, and how much, from the linear programme on the grid; without it, maxima of V near the
+    `active`: where V limits the sequence, and how much, from the linear programme on the grid; without it, maxima of V near the
     tolerance come into question.
     """
     found, excess = _peaks(x, bands, layout)

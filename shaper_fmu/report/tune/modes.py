@@ -16,7 +16,7 @@ from shaper_fmu.tune.tuning import Tuning
 
 _MOST_POINTS = 40
 _NOTHING = 1e-5
-"""Shares below are told as less than this one."""
+"""Smaller shares are shown as less than this one."""
 
 
 def mode_blocks(tuning: Tuning, found: Evidence) -> list[Block]:

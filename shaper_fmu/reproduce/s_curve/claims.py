@@ -116,7 +116,7 @@ def _introduction(study: Study) -> list[Claim]:
             _verdict(study.nominal[0.8].velocity <= SPEED_LIMIT),
             f"Eqs. (20) to (24) take the duration as given, and keep A tau below the limit of 1 m/s. But for segments shorter than "
             f"about 0.24 periods the speed swings beyond A tau: the shortest move of 0.1 m that keeps to 1 m/s takes "
-            f"{study.shortest[0.1]:.3f} periods, as the MotionProfile FMU tells.",
+            f"{study.shortest[0.1]:.3f} periods, as the MotionProfile FMU calculates.",
         ),
     ]
 
@@ -156,7 +156,7 @@ def _profile(study: Study) -> list[Claim]:
             "The method is analytic and so is easily adapted to other system parameters (section 5).",
             ", ".join(f"{name}: {percent(value)}" for name, value in study.others.items()),
             _verdict(max(study.others.values()) < 1e-3),
-            "The S-curve of 0.8 periods of other beams, each told the first frequency that the beam's FMU computes.",
+            "The S-curve of 0.8 periods of other beams, each designed for the first frequency that the beam's FMU computes.",
         ),
     ]
 
@@ -186,7 +186,7 @@ def _simulations(study: Study) -> list[Claim]:
             "1 m/s is reached at "
             + ", ".join(f"{periods:.3f} periods for {distance} m" for distance, periods in study.shortest.items()),
             "not decidable",
-            "The paper does not tell the distance. For 0.02 m it is so; for 0.1 m the limit is passed at 0.85 periods already, "
+            "The paper does not give the distance. For 0.02 m it is so; for 0.1 m the limit is passed at 0.85 periods already, "
             f"and at 0.5 periods the speed is {smooth.velocity:.3g} m/s.",
         ),
         Claim(

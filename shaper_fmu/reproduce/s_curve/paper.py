@@ -30,7 +30,7 @@ def reproduce(update: Update) -> Reproduction:
 
 def _notes() -> Block:
     return Text(
-        "The moves cover 0.1 m; the paper does not tell its distance, and all but the speeds is proportional to it. Residuals "
+        "The moves cover 0.1 m; the paper does not give its distance, and all but the speeds is proportional to it. Residuals "
         "are amplitudes in a mode after the move, over those that a step of the same distance would leave. Misprints that were "
         "read otherwise: the tip mass acts in eq. (1) with the sign that it has in eq. (8), and eq. (14) needs t3 and t4 in its "
         "last two lines."

@@ -24,13 +24,13 @@ from shaper_fmu.metrics.peak import Peak
 
 MODES = 5
 STEPS = 2880
-"""Communication steps in a period of the first mode, unless told otherwise."""
+"""Communication steps in a period of the first mode, by default."""
 
 FINE = 80_000
 """So many that the S-curve's own residual is below 1e-6 % at each of the paper's durations."""
 
 DISTANCE = 0.1
-"""Distance of the moves [m]; the paper does not tell its own. All but the speeds is proportional to it."""
+"""Distance of the moves [m]; the paper does not give its own. All but the speeds is proportional to it."""
 
 SHAPER_PERIODS = {"none": 0.0, "zv": 0.5, "zvd": 1.0}
 """Duration of a shaper for an undamped mode, in its periods."""

@@ -35,7 +35,7 @@ COMMANDS = {
     "3-4-5 polynomial, ZV": ("polynomial_345", "zv", False),
     "3-4-5 polynomial, ZVD": ("polynomial_345", "zvd", False),
 }
-"""Profile, shaper on mode 1, and whether the profile is told the damping: all else is designed for an undamped mode."""
+"""Profile, shaper on mode 1, and whether the profile gets the damping: all else is designed for an undamped mode."""
 
 SHORTEST_MOVE = 0.25
 """Moves under a shaper take at least so many periods."""
@@ -65,7 +65,7 @@ class Study:
         cruise: per duration, speed in the middle of the S-curve [m/s].
         scans: per profile, over GRID.
         at_period: relative residual of profiles that last one period, and of a trapezoid whose ramps do.
-        others: relative residual of the S-curve on other beams, each told its own frequency.
+        others: relative residual of the S-curve on other beams, each with its own frequency.
         segment_error: largest deviation from eqs. (15) and (16), as a share of speed and distance.
         jumps: largest change of the S-curve's acceleration at 0.8 periods in a step of 1/288 and of 1/2880 period [m/s2].
         shortest: per distance [m], the shortest S-curve that keeps to 1 m/s.

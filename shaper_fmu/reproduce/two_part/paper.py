@@ -46,7 +46,7 @@ def _notes() -> Block:
         "given for "
         "an oscillator (linear), for a nonlinear pendulum whose hinge makes the motion exactly, and for the whole hydraulic arm "
         "with "
-        "servo valve, cylinder, slide and rod, whose hydraulic parameters the paper does not tell and we chose."
+        "servo valve, cylinder, slide and rod, whose hydraulic parameters the paper does not give and we chose."
     )
 
 

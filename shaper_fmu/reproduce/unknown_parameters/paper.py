@@ -171,11 +171,11 @@ def _claims(found: dict[str, Found]) -> list[Claim]:
     off = {name: max(f.over_damping()[0], f.over_damping()[-1]) for name, f in found.items()}
     return [
         Claim(
-            "Kilic and Kapucu 2011, section 5: how the two-part command bears a wrong damping remains to be studied",
+            "Kilic and Kapucu 2011, section 5: how the two-part command tolerates a wrong damping remains to be studied",
             f"V up to {off['two-part']:.2f} %, the single profile {off['single profile']:.2f} %",
             "reproduced" if off["two-part"] < off["single profile"] else "not reproduced",
             f"Damping ratios from {two.damping[0]:g} to {two.damping[-1]:g}, designed for "
-            f"{DAMPING_RATIO}. Reproduced means that the two-part command bears it better, as it does a wrong frequency: "
+            f"{DAMPING_RATIO}. Reproduced means that the two-part command tolerates it better, as it does a wrong frequency: "
             f"V < 5 % over {two.width():.3f} in w/wn against {single.width():.3f}.",
         ),
         Claim(

@@ -77,7 +77,7 @@ class Design:
 
     @property
     def name(self) -> str:
-        """In words, such as "ZVD on 4.6 and 12 rad/s"."""
+        """Its name in messages, such as "ZVD on 4.6 and 12 rad/s"."""
         if len({factor.kind for factor in self.factors}) == 1 and len(self.factors) > 1:
             frequencies = " and ".join(f"{f.frequencies[0]:.4g}" for f in self.factors)
             return f"{label_of(self.factors[0].kind)} on {frequencies} rad/s"
@@ -232,7 +232,7 @@ def _hump_tolerance(kind: str, box: ModeBox, place: tuple[float, float], first: 
     """Tolerance of an EI shaper that keeps V within `wanted` for the box's damping ratios, too; `first` if there is none."""
     try:
         return _tightened(lambda t: _designed(kind, *place, t), first, wanted, box)
-    except ComponentError:  # it is told where the shaper itself is designed
+    except ComponentError:  # reported where the shaper itself is designed
         return first
 
 

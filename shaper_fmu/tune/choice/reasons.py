@@ -13,7 +13,7 @@ from shaper_fmu.tune.choice.search import SAME, Candidate, Search
 
 _BISECTIONS = 12
 _NOTHING = 1e-5
-"""Levels below are told as less than this one."""
+"""Smaller levels are shown as less than this one."""
 _NOT_SEEN = 0.998
 """By how much a range is narrowed further for what lies between the points at which V was looked at."""
 

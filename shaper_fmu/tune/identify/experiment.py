@@ -137,11 +137,11 @@ def experiment(
         excitation: what is done to the input.
         amplitude: of the excitation, in the input's unit; None to find one at which the response is linear.
         duration: a guess of how long a few periods of the slowest mode take [s]; else the FMU's default experiment, or 10 s.
-        smallest_share: modes with less of the amplitude than this, in each output, are not told.
+        smallest_share: modes with less of the amplitude than this, in each output, are not listed.
         linear: whether the modes are compared with those of the FMU's linearization, where it can be had (see `linearize`).
         restored: whether runs begin in the settled states, where the FMUs save and restore them exactly; else all at the start.
 
-    Raises IdentificationError where nothing can be said, SimulationError where the plant cannot be run, ModelError for names.
+    Raises IdentificationError if the data support no answer, SimulationError if the plant cannot be run, ModelError for names.
     """
     plant = source if isinstance(source, Plant) else Plant(source, input, outputs, start_values)
     trial = Experiment(plant, dict(point or {}), restored=restored)

@@ -1,6 +1,6 @@
 """Linearizes a plant's FMU at an operating point, by directional derivatives or by differences in Model Exchange.
 
-It is no identification: it sees what the FMU says of its states, where an experiment sees what its outputs do.
+It is not an identification: it uses the states that the FMU declares, whereas an experiment uses its outputs.
 """
 
 from __future__ import annotations

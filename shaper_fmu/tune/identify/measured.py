@@ -59,7 +59,7 @@ class MeasuredIdentification:
         identification: modes and other poles; time 0 is the first sample after the excitation.
         time: of the samples that were used [s], shape (n,), on the file's clock.
         response: shape (n, m), as it was fitted.
-        outputs, units: names and units of the columns, "" where none is told.
+        outputs, units: names and units of the columns, "" without one.
         excitation_end: after which the response is free [s], on the file's clock.
         findings: what the user should know, of the table and of the identification.
     """
@@ -91,9 +91,9 @@ def identify_measured(
         time: the time column; by default one called time or t, else the first.
         input: the column of the excitation: the response is free after its last change.
         excitation_end: when the response becomes free, on the file's clock, in s. Without this and `input` it is found from the
-            response where its modes tell (`first_free`), and a finding says so.
-        units: of columns whose header tells none; a header may read "position [mm]". Time may be in s, ms, us or min.
-        smallest_share: modes with less of the amplitude than this, in each column, are not told.
+            response by its modes (`first_free`), and a finding reports it.
+        units: of columns whose header has none; a header may read "position [mm]". Time may be in s, ms, us or min.
+        smallest_share: modes with less of the amplitude than this, in each column, are not listed.
 
     Raises IdentificationError for tables that make no sense, and where the data do not support an answer.
     """
@@ -207,7 +207,7 @@ def last_change(excitation: np.ndarray) -> int | None:
 
 
 def _unconfirmed(response: FreeResponse, smallest_share: float, end: float, *, given: bool) -> list[Finding]:
-    """A finding if later beginnings speak against a mode: then the response is not free yet, or its modes change."""
+    """A finding if later beginnings contradict a mode: then the response is not free yet, or its modes change."""
     mode = Beginnings(response, smallest_share).contradicted(0)
     if mode is None:
         return []

@@ -19,7 +19,7 @@ _HEADER = re.compile(r"^\s*(?P<name>.*?)\s*(?:[\[(](?P<unit>[^\])]*)[\])])?\s*$"
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of numbers by name, each of shape (n,), and their units where the header tells them."""
+    """Columns of numbers by name, each of shape (n,), and their units, if the header has them."""
 
     columns: Mapping[str, np.ndarray]
     units: Mapping[str, str] = field(default_factory=dict)

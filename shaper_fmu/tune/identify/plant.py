@@ -19,7 +19,7 @@ ALONE = "plant"
 """Name of the instance of an FMU that is given alone."""
 _DEFAULT_DURATION = 10.0
 SOLVER_TOLERANCE = 1e-9
-"""Asked of FMUs with solvers of their own: the default of many, 1e-4, is a noise in which modes cannot be told."""
+"""Asked of FMUs with solvers of their own: the default of many, 1e-4, is a noise in which modes cannot be identified."""
 
 
 class Plant:

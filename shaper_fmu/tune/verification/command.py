@@ -46,7 +46,7 @@ class Command:
 
     @property
     def name(self) -> str:
-        """In words."""
+        """Its name in messages."""
         return ("step", "pulse", "doublet")[self.integrators]
 
     @property
