@@ -2,7 +2,7 @@
 
 C's exit() runs our handler before it ends the process. During an FMU's call the message names the call, and the exit code is 1.
 Faults (abort, memory access and the like) end the process by their signal, after a line that was written beforehand: nothing
-else is safe then. Nothing in a process can intercept _exit(); only a separate process (`isolate=True`, the workers of sweeps) notices it.
+else is safe then. No process can intercept _exit(); only another process (`isolate=True`, the workers of sweeps) notices it.
 The handlers are machine code, since C calls the first one after Python's end, too.
 """
 
