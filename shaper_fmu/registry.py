@@ -5,23 +5,19 @@ A third party's package announces modules or classes in the entry-point group "s
 
 from __future__ import annotations
 
-import importlib
 import importlib.util
 import inspect
 import os
-import pkgutil
 import re
 import sys
 import traceback
-from collections.abc import Iterator
-from contextlib import contextmanager
-from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
-from typing import NoReturn
 
 from shaper_fmu.component import Component
 from shaper_fmu.errors import ComponentError, nearest
+from shaper_fmu.methods.announced import announced, leave_out, process_kept
+from shaper_fmu.methods.discovery import modules_of
 
 ENTRY_POINT_GROUP = "shaper_fmu.components"
 _PACKAGES = ("shaper_fmu.commands", "shaper_fmu.plants")
@@ -29,40 +25,37 @@ _PACKAGES = ("shaper_fmu.commands", "shaper_fmu.plants")
 
 def components_of(module: ModuleType) -> list[type[Component]]:
     """The components that a module defines (not those that it imports), in the order of the file."""
-    found = [c for c in vars(module).values() if inspect.isclass(c) and issubclass(c, Component)]
-    return [c for c in found if c.__module__ == module.__name__ and c.step is not Component.step]
+    return [c for c in vars(module).values() if _is_component(c) and c.__module__ == module.__name__]
+
+
+def _is_component(found: object) -> bool:
+    return inspect.isclass(found) and issubclass(found, Component) and found.step is not Component.step
 
 
 def components() -> dict[str, type[Component]]:
-    """All components by name, sorted. Raises ComponentError when two different ones share a name."""
+    """All components by name, sorted; another package's that cannot be used is left out with a warning."""
     found: dict[str, type[Component]] = {}
-    for candidate in [*_built_in(), *_announced()]:
-        other = found.setdefault(candidate.__name__, candidate)
-        if other is not candidate:
-            raise ComponentError(
-                f"two components are called {candidate.__name__}: in {other.__module__} and in {candidate.__module__}"
-            )
+    for name in _PACKAGES:
+        for module in modules_of(name):
+            for component in components_of(module):
+                _add(found, component)
+    for point, module, target in announced(ENTRY_POINT_GROUP):
+        theirs = components_of(module) if inspect.ismodule(target) else [target] if _is_component(target) else []
+        if not theirs:
+            leave_out(point, "it names no subclass of Component with a step function, and no module that defines one")
+        for component in theirs:
+            try:
+                _add(found, component)
+            except ComponentError as error:
+                leave_out(point, error)
     return dict(sorted(found.items()))
 
 
-def _built_in() -> list[type[Component]]:
-    found = []
-    for name in _PACKAGES:
-        package = importlib.import_module(name)
-        for entry in pkgutil.iter_modules(package.__path__, f"{name}."):
-            found += components_of(importlib.import_module(entry.name))
-    return found
-
-
-def _announced() -> list[type[Component]]:
-    found = []
-    for point in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda p: (p.name, p.value)):
-        try:
-            target = point.load()
-        except Exception as error:
-            raise ComponentError(f"entry point {point.name} = {point.value} cannot be loaded: {error}") from error
-        found += components_of(target) if inspect.ismodule(target) else [target]
-    return found
+def _add(found: dict[str, type[Component]], component: type[Component]) -> None:
+    """Take a component in. Raises ComponentError where another one has its name."""
+    other = found.setdefault(component.__name__, component)
+    if other is not component:
+        raise ComponentError(f"two components are called {component.__name__}: in {other.__module__} and in {component.__module__}")
 
 
 def find_component(name: str) -> type[Component]:
@@ -71,22 +64,6 @@ def find_component(name: str) -> type[Component]:
     if name not in known:
         raise ComponentError(f"there is no component {name!r}.{nearest(name, known)}")
     return known[name]
-
-
-@contextmanager
-def _process_kept() -> Iterator[None]:
-    """Restores what a file changes while it is loaded, and reports a file that ends the process."""
-    folder, leave = os.getcwd(), os._exit
-
-    def refused(status: int = 0) -> NoReturn:
-        raise SystemExit(status)
-
-    os._exit = refused
-    try:
-        yield
-    finally:
-        os._exit = leave
-        os.chdir(folder)
 
 
 def _failed(path: Path, error: BaseException) -> str:
@@ -114,7 +91,7 @@ def load_components(path: Path) -> list[type[Component]]:
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
-        with _process_kept():
+        with process_kept():
             spec.loader.exec_module(module)
     except BaseException as error:
         del sys.modules[name]

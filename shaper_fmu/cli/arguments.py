@@ -10,6 +10,7 @@ import inspect
 import math
 import os
 import stat
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +21,7 @@ import typer
 from shaper_fmu.cli.paths import absolute
 from shaper_fmu.component import Variable
 from shaper_fmu.errors import NoSolutionError, ShaperFmuError
+from shaper_fmu.methods.announced import OutsidePackageWarning
 
 PAGE = (".html", ".htm")
 PICTURE = (".png", ".svg")
@@ -121,10 +123,17 @@ def pairs(given: Sequence[str] | None, option: str, example: str, empty: bool = 
 
 
 def add_options(command: Callable[..., None], variables: Mapping[str, Variable[Any]]) -> None:
-    """Give a command that takes **parameters an option for each of these, with their descriptions and domains."""
+    """Give a command that takes **parameters an option for each of these, with their descriptions and domains.
+
+    A name that one of the command's own options has cannot be given there; it keeps its start value, with a warning.
+    """
     signature = inspect.signature(command, eval_str=True)
     kept = [parameter for parameter in signature.parameters.values() if parameter.kind is not inspect.Parameter.VAR_KEYWORD]
     for name, variable in variables.items():
+        if name in signature.parameters:
+            text = f"the parameter {name} of another package's method is no option of this command, which has its own --{name}"
+            warnings.warn(text, OutsidePackageWarning, stacklevel=2)
+            continue
         whole = variable.kind is int and variable.min is not None and variable.max is not None
         message = f"{variable.min:g} to {variable.max:g}" if whole else variable.domain or "a finite number"
         parser = number(message, lambda value, variable=variable: variable.problem("", value) is None, variable.kind)

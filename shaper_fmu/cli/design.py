@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from shaper_fmu.cli import arguments as check
 from shaper_fmu.cli.modes import design_for_modes, write_plot
+from shaper_fmu.component import Variable
 from shaper_fmu.console import out, show
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.shapers import OPTIONS, shaper
 from shaper_fmu.errors import ComponentError, nearest
+from shaper_fmu.kinds.profiles import FURTHER_PARAMETERS as OF_FOREIGN_PROFILES
+from shaper_fmu.kinds.profiles import PARAMETERS as OF_OWN_PROFILES
 from shaper_fmu.kinds.profiles import PROFILES
 from shaper_fmu.kinds.pulses import FURTHER_PARAMETERS as OF_PULSES
 from shaper_fmu.kinds.pulses import PULSES as DESIGNS
@@ -30,6 +34,10 @@ OFFLINE = ["si", "direct_zv", "direct_zvd"]
 PULSES = [name for name in DESIGNS if name not in SHAPERS]
 
 
+OF_PROFILES = {**OF_OWN_PROFILES, **OF_FOREIGN_PROFILES}
+OF_SHAPERS = {name: variable for name, variable in OPTIONS.items() if name != "vibration_tolerance"}
+
+
 @dataclass(frozen=True)
 class _Wanted:
     """The options, as given."""
@@ -38,7 +46,7 @@ class _Wanted:
     frequencies: list[float]
     ratios: list[float]
     tolerance: float
-    parameters: dict[str, float]
+    given: dict[str, float]
     low: float | None
     high: float | None
     damping: tuple[float, float] | None
@@ -48,6 +56,10 @@ class _Wanted:
     max_acceleration: float
     frequency_ratio: float
     minimum_pulse_width: float
+
+    def parameters(self, known: Mapping[str, Variable[Any]]) -> dict[str, float]:
+        """Those of the methods' parameters that are known."""
+        return {name: value for name, value in self.given.items() if name in known}
 
 
 def design(
@@ -144,7 +156,7 @@ def design(
             tolerance,
             settling,
             plot,
-            **{name: value for name, value in parameters.items() if name in OPTIONS},
+            **{name: value for name, value in parameters.items() if name in OF_SHAPERS},
         )
         return
     if other or settling:
@@ -164,7 +176,7 @@ def design(
         write_plot(plot, f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s", blocks)
 
 
-check.add_options(design, {name: variable for name, variable in OPTIONS.items() if name != "vibration_tolerance"} | dict(OF_PULSES))
+check.add_options(design, {**OF_SHAPERS, **OF_PROFILES, **OF_PULSES})
 
 
 def _blocks(wanted: _Wanted) -> list[Block]:
@@ -183,8 +195,9 @@ def _blocks(wanted: _Wanted) -> list[Block]:
     if wanted.kind in PROFILES:
         from shaper_fmu.design.profiles import profile
 
-        limits = {"max_velocity": wanted.max_velocity, "max_acceleration": wanted.max_acceleration}
-        law = profile(wanted.kind, wanted.distance, wanted.duration, mode.natural_frequency, mode.damping_ratio, **limits)
+        options = {"max_velocity": wanted.max_velocity, "max_acceleration": wanted.max_acceleration}
+        options |= wanted.parameters(OF_PROFILES)
+        law = profile(wanted.kind, wanted.distance, wanted.duration, mode.natural_frequency, mode.damping_ratio, **options)
         return profile_blocks(wanted.kind, law, mode)
     if wanted.kind in PULSES:
         pulses = _pulses(wanted)
@@ -228,7 +241,7 @@ def _sequence(wanted: _Wanted) -> ImpulseSequence:
         wanted.frequencies,
         ratios[0] if len(ratios) == 1 else ratios,
         vibration_tolerance=wanted.tolerance,
-        **{name: value for name, value in wanted.parameters.items() if name in OPTIONS},
+        **wanted.parameters(OF_SHAPERS),
     )
 
 
@@ -244,5 +257,5 @@ def _pulses(wanted: _Wanted) -> PulseSequence:
         duration=wanted.duration if DESIGNS[wanted.kind].timed else None,
         frequency_ratio=wanted.frequency_ratio,
         minimum_pulse_width=wanted.minimum_pulse_width,
-        **{name: value for name, value in wanted.parameters.items() if name in OF_PULSES},
+        **wanted.parameters(OF_PULSES),
     )

@@ -6,8 +6,10 @@ from typing import ClassVar
 
 from shaper_fmu.component import NO_EVENT, Calculated, Component, Output, Parameter, State, Variable, time_tolerance
 from shaper_fmu.kinds.profiles import (
+    FURTHER_PARAMETERS,
     JUMPING,
     LIST,
+    PARAMETERS,
     ProfileKind,
     inner_event,
     inner_kink,
@@ -16,6 +18,7 @@ from shaper_fmu.kinds.profiles import (
     span_of,
     unit_move,
 )
+from shaper_fmu.methods.record import declare
 from shaper_fmu.profiles.limits import NO_LIMIT, unit_limit
 
 TOO_SHORT = 1
@@ -68,6 +71,7 @@ class MotionProfile(Component):
     max_acceleration: Variable[float] = Parameter(
         NO_LIMIT, "m/s2", "acceleration never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True, published=(None, None)
     )
+    declare(locals(), PARAMETERS)
     shortest_duration: Variable[float] = Calculated("s", "shortest duration that the limits permit, 0 without limits")
     position: Variable[float] = Output("m", "reference position", derivative="velocity")
     velocity: Variable[float] = Output("m/s", "reference velocity", derivative="acceleration")
@@ -78,12 +82,13 @@ class MotionProfile(Component):
     next_kink_time: Variable[float] = State(NO_EVENT)
     ramp: Variable[float] = State(0.0)
     possible_duration: Variable[float] = State(0.0)
+    declare(locals(), FURTHER_PARAMETERS)
 
     def start(self) -> int:
         velocity = unit_limit(self.max_velocity, self.distance)
         acceleration = unit_limit(self.max_acceleration, self.distance)
         shortest, gap_start, gap_end = shortest_duration(
-            self.profile, velocity, acceleration, self.natural_frequency, self.damping_ratio
+            self.profile, self, velocity, acceleration, self.natural_frequency, self.damping_ratio
         )
         self.shortest_duration = shortest
         if shortest >= NO_LIMIT:
@@ -94,13 +99,13 @@ class MotionProfile(Component):
         if gap_start < self.duration < gap_end:
             self.possible_duration = rounded_up(gap_end)
             return IN_GAP
-        self.ramp = ramp_time(self.profile, self.duration, velocity, acceleration)
+        self.ramp = ramp_time(self.profile, self, self.duration, velocity, acceleration)
         return 0
 
     def step(self, t: float, h: float) -> None:
         now = t + h
         tolerance = time_tolerance(self, t, h)
-        span = span_of(self.profile, self.duration)
+        span = span_of(self.profile, self, self.duration)
         self.position = 0.0
         self.velocity = 0.0
         self.acceleration = 0.0
@@ -116,7 +121,7 @@ class MotionProfile(Component):
             self.next_event_time = self.start_time + span
             s = max(0.0, min(span, now - self.start_time))
             for i in range(2):
-                event = inner_event(self.profile, i, span, self.ramp)
+                event = inner_event(self.profile, self, i, span, self.ramp)
                 if now >= self.start_time + event - tolerance:
                     s = max(s, event)
                 else:
@@ -124,11 +129,11 @@ class MotionProfile(Component):
                     s = min(s, event * BEFORE)
             s = min(s, span * BEFORE)
             for i in range(4):
-                kink = self.start_time + inner_kink(self.profile, i, span, self.ramp)
+                kink = self.start_time + inner_kink(self.profile, self, i, span, self.ramp)
                 if now < kink - tolerance:
                     self.next_kink_time = min(self.next_kink_time, kink)
             position, velocity, acceleration = unit_move(
-                self.profile, s, self.duration, self.ramp, self.natural_frequency, self.damping_ratio
+                self.profile, self, s, self.duration, self.ramp, self.natural_frequency, self.damping_ratio
             )
             self.position = self.distance * position
             self.velocity = self.distance * velocity
@@ -136,7 +141,7 @@ class MotionProfile(Component):
 
 
 def shortest_duration(
-    kind: int, max_velocity: float, max_acceleration: float, natural_frequency: float, damping_ratio: float
+    kind: int, m: Component, max_velocity: float, max_acceleration: float, natural_frequency: float, damping_ratio: float
 ) -> tuple[float, float, float]:
     """Shortest duration [s] for limits of the unit move [1/s, 1/s2], and the ends of a gap of forbidden longer ones [s].
 
@@ -144,7 +149,7 @@ def shortest_duration(
     """
     if max_velocity >= NO_LIMIT and max_acceleration >= NO_LIMIT:
         return 0.0, 0.0, 0.0
-    return shortest_within(kind, max_velocity, max_acceleration, natural_frequency, damping_ratio)
+    return shortest_within(kind, m, max_velocity, max_acceleration, natural_frequency, damping_ratio)
 
 
 def rounded_up(duration: float) -> float:

@@ -6,18 +6,33 @@ import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from shaper_fmu.analysis.vibration import relative_residual
 from shaper_fmu.commands.motion_profile import MotionProfile
-from shaper_fmu.errors import ArgumentError
-from shaper_fmu.kinds.profiles import PROFILES, ProfileKind, cruise_time, inner_event, inner_kink, span_of, unit_move, unit_peaks
+from shaper_fmu.errors import ArgumentError, nearest
+from shaper_fmu.kinds.profiles import (
+    FURTHER_PARAMETERS,
+    PARAMETERS,
+    PROFILES,
+    ProfileKind,
+    cruise_time,
+    inner_event,
+    inner_kink,
+    span_of,
+    unit_move,
+    unit_peaks,
+)  # fmt: skip
 from shaper_fmu.profiles.limits import NO_LIMIT
 
 _NODES, _WEIGHTS = (values.tolist() for values in np.polynomial.legendre.leggauss(24))
 _PANEL = 2.0  # radians of the fastest oscillation, and nepers of the decay, per panel of the quadrature
+
+OPTIONS = {**PARAMETERS, **FURTHER_PARAMETERS}
+"""The profiles' own parameters, by name."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +48,7 @@ class Profile:
         max_velocity, max_acceleration: limits [m/s, m/s2], 1e300 for none.
         shortest_duration: shortest duration that the limits permit [s], 0 without limits.
         ramp: time of a trapezoid's ramp or of an S-curve's segment [s], 0 for the others.
+        parameters: the profiles' own parameters, names and values.
     """
 
     kind: ProfileKind
@@ -44,9 +60,14 @@ class Profile:
     max_acceleration: float
     shortest_duration: float
     ramp: float
+    parameters: tuple[tuple[str, float], ...] = ()
+
+    @cached_property
+    def _record(self) -> SimpleNamespace:
+        return SimpleNamespace(**dict(self.parameters))
 
     def _unit(self, s: float) -> tuple[float, float, float]:
-        return unit_move(self.kind, s, self.duration, self.ramp, self.natural_frequency, self.damping_ratio)
+        return unit_move(self.kind, self._record, s, self.duration, self.ramp, self.natural_frequency, self.damping_ratio)
 
     def _sampled(self, t: ArrayLike, which: int, after: float) -> np.ndarray:
         times = np.asarray(t, dtype=float)
@@ -71,13 +92,13 @@ class Profile:
     def jumps(self) -> tuple[float, ...]:
         """Times at which position, velocity or acceleration jumps [s], rising."""
         ends = {0.0, self.duration} if PROFILES[self.kind.name].jumps_at_ends else set()
-        inner = {inner_event(self.kind, i, self.duration, self.ramp) for i in range(2)} - {self.duration}
+        inner = {inner_event(self.kind, self._record, i, self.duration, self.ramp) for i in range(2)} - {self.duration}
         return tuple(sorted(ends | inner))
 
     @property
     def pieces(self) -> tuple[float, ...]:
         """Ends of the pieces on which the motion is smooth [s], rising."""
-        kinks = {inner_kink(self.kind, i, self.duration, self.ramp) for i in range(4)}
+        kinks = {inner_kink(self.kind, self._record, i, self.duration, self.ramp) for i in range(4)}
         return tuple(sorted({0.0, *self.jumps, *kinks, self.duration}))
 
     @property
@@ -93,7 +114,7 @@ class Profile:
     def _peak(self, which: int) -> float:
         if self.distance == 0.0:
             return 0.0
-        found = unit_peaks(self.kind, self.duration, self.ramp, self.natural_frequency, self.damping_ratio)
+        found = unit_peaks(self.kind, self._record, self.duration, self.ramp, self.natural_frequency, self.damping_ratio)
         return abs(self.distance) * found[which]
 
     def residual_vibration(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
@@ -126,7 +147,7 @@ class Profile:
 
         An S-curve with segments shorter than about 0.24 Tn gets faster than this within them.
         """
-        time = cruise_time(self.kind, self.duration, self.ramp)
+        time = cruise_time(self.kind, self._record, self.duration, self.ramp)
         return abs(self.distance) / time if time > 0.0 else 0.0
 
 
@@ -151,12 +172,17 @@ def profile(
     damping_ratio: float = 0.0,
     max_velocity: float = NO_LIMIT,
     max_acceleration: float = NO_LIMIT,
+    **parameters: float,
 ) -> Profile:
     """The motion of a kind over a distance [m] in a duration [s]; without one, in the shortest that the limits permit.
 
     natural_frequency [rad/s] and damping_ratio are those of the mode that the profile shall leave at rest, where it can.
-    Limits in m/s and m/s2. Raises ArgumentError for impossible input; it names the shortest possible duration.
+    Limits in m/s and m/s2; `parameters` are those that the profiles declare. Raises ArgumentError for impossible input; it names
+    the shortest possible duration.
     """
+    for name in parameters:
+        if name not in OPTIONS:
+            raise ArgumentError(f"a profile has no parameter {name!r}.{nearest(name, OPTIONS)}")
     component = MotionProfile(
         profile=kind,
         distance=distance,
@@ -165,20 +191,22 @@ def profile(
         damping_ratio=damping_ratio,
         max_velocity=min(max_velocity, NO_LIMIT),
         max_acceleration=min(max_acceleration, NO_LIMIT),
+        **parameters,
     )
     if duration is None:
         component.duration = _shortest(component)
     component.initialize()
-    given = {name: getattr(component, name) for name in Profile.__dataclass_fields__ if name not in ("kind", "duration")}
-    span = span_of(component.profile, component.duration)
-    return Profile(kind=ProfileKind(component.profile), duration=span, **given)
+    given = {name: getattr(component, name) for name in Profile.__dataclass_fields__ if name in MotionProfile.variables}
+    span = span_of(component.profile, component, component.duration)
+    own = tuple((name, getattr(component, name)) for name in OPTIONS)
+    return Profile(**{**given, "kind": ProfileKind(component.profile), "duration": span, "parameters": own})
 
 
 def _shortest(component: MotionProfile) -> float:
     """The shortest duration [s] that the component's limits permit; any positive number for a step."""
     component.duration = NO_LIMIT
     component.initialize()
-    if component.shortest_duration == 0.0 and span_of(component.profile, 1.0) > 0.0:
+    if component.shortest_duration == 0.0 and span_of(component.profile, component, 1.0) > 0.0:
         reason = "a move over no distance" if component.distance == 0.0 else "without max_velocity and max_acceleration"
         raise ArgumentError(f"MotionProfile: {reason} there is no shortest duration; give one")
     return component.shortest_duration or 1.0

@@ -4,28 +4,31 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from shaper_fmu.component import Component
 from shaper_fmu.methods.discovery import find_methods
-from shaper_fmu.methods.dispatch import Question, module_text, run_text
+from shaper_fmu.methods.dispatch import module_text, run_text
+from shaper_fmu.methods.record import Question
 from shaper_fmu.profiles.method import ProfileMethod
 
 _MODE = "natural_frequency, damping_ratio"
 _QUESTIONS = (
-    Question("unit_move", f"kind, s, duration, ramp, {_MODE}", "move", "0.0, 0.0, 0.0", "Position, velocity, acceleration at s."),
-    Question("unit_peaks", f"kind, duration, ramp, {_MODE}", "peaks", "0.0, 0.0", "Peak speed and acceleration."),
+    Question("unit_move", f"kind, m, s, duration, ramp, {_MODE}", "move", "0.0, 0.0, 0.0", "Position and derivatives at s."),
+    Question("unit_peaks", f"kind, m, duration, ramp, {_MODE}", "peaks", "0.0, 0.0", "Peak speed and acceleration."),
     Question(
         "shortest_within",
-        f"kind, max_velocity, max_acceleration, {_MODE}",
+        f"kind, m, max_velocity, max_acceleration, {_MODE}",
         "shortest",
         "0.0, 0.0, 0.0",
         "Shortest duration within limits, and the ends of a gap of forbidden longer ones.",
     ),
-    Question("ramp_time", "kind, duration, max_velocity, max_acceleration", "ramp", "0.0", "A time that the limits decide."),
-    Question("inner_event", "kind, i, duration, ramp", "event", "duration", "Time of the i-th jump within the move."),
-    Question("inner_kink", "kind, i, duration, ramp", "kink", "duration", "Time of the i-th kink within the move."),
-    Question("span_of", "kind, duration", "span", "duration", "What the move takes of the duration."),
-    Question("cruise_time", "kind, duration, ramp", "cruise_time", "0.0", "Distance over cruise speed, 0 without cruise."),
+    Question("ramp_time", "kind, m, duration, max_velocity, max_acceleration", "ramp", "0.0", "A time that the limits decide."),
+    Question("inner_event", "kind, m, i, duration, ramp", "event", "duration", "Time of the i-th jump within the move."),
+    Question("inner_kink", "kind, m, i, duration, ramp", "kink", "duration", "Time of the i-th kink within the move."),
+    Question("span_of", "kind, m, duration", "span", "duration", "What the move takes of the duration."),
+    Question("cruise_time", "kind, m, duration, ramp", "cruise_time", "0.0", "Distance over cruise speed, 0 without cruise."),
 )
-_found = find_methods("shaper_fmu.profiles", "shaper_fmu.profiles", ProfileMethod, {})
+_HOST = ("shaper_fmu.commands.motion_profile", Component)
+_found = find_methods("shaper_fmu.profiles", "shaper_fmu.profiles", ProfileMethod, _QUESTIONS, _HOST)
 
 PROFILES = {one.record.name: one.record for one in _found}
 """The methods' records by name, by rising number."""
@@ -43,6 +46,7 @@ run_text(PACKED_SOURCE, globals())
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from enum import IntEnum
+    from typing import Any
 
     from shaper_fmu.component import Variable
 
@@ -61,22 +65,24 @@ if TYPE_CHECKING:
     JUMPING: str
     Three = tuple[float, float, float]
 
-    def unit_move(kind: int, s: float, duration: float, ramp: float, natural_frequency: float, damping_ratio: float) -> Three: ...
+    def unit_move(
+        kind: int, m: Any, s: float, duration: float, ramp: float, natural_frequency: float, damping_ratio: float
+    ) -> Three: ...
 
     def unit_peaks(
-        kind: int, duration: float, ramp: float, natural_frequency: float, damping_ratio: float
+        kind: int, m: Any, duration: float, ramp: float, natural_frequency: float, damping_ratio: float
     ) -> tuple[float, float]: ...
 
     def shortest_within(
-        kind: int, max_velocity: float, max_acceleration: float, natural_frequency: float, damping_ratio: float
+        kind: int, m: Any, max_velocity: float, max_acceleration: float, natural_frequency: float, damping_ratio: float
     ) -> Three: ...
 
-    def ramp_time(kind: int, duration: float, max_velocity: float, max_acceleration: float) -> float: ...
+    def ramp_time(kind: int, m: Any, duration: float, max_velocity: float, max_acceleration: float) -> float: ...
 
-    def inner_event(kind: int, i: int, duration: float, ramp: float) -> float: ...
+    def inner_event(kind: int, m: Any, i: int, duration: float, ramp: float) -> float: ...
 
-    def inner_kink(kind: int, i: int, duration: float, ramp: float) -> float: ...
+    def inner_kink(kind: int, m: Any, i: int, duration: float, ramp: float) -> float: ...
 
-    def span_of(kind: int, duration: float) -> float: ...
+    def span_of(kind: int, m: Any, duration: float) -> float: ...
 
-    def cruise_time(kind: int, duration: float, ramp: float) -> float: ...
+    def cruise_time(kind: int, m: Any, duration: float, ramp: float) -> float: ...

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from shaper_fmu.methods.discovery import find_methods
-from shaper_fmu.methods.dispatch import Question, module_text, run_text
+from shaper_fmu.methods.dispatch import module_text, run_text
+from shaper_fmu.methods.record import Question
 from shaper_fmu.pulses.method import PulseMethod
 from shaper_fmu.pulses.workspace import PulseWorkspace
 
@@ -16,7 +17,8 @@ _QUESTIONS = (
     Question("jumps_at_end", "kind", "jumps_at_end", "False", "Whether the reference jumps at the end of the travel."),
     Question("keeps_width", "kind", "keeps_width", "False", "Whether it heeds the least width itself."),
 )
-_found = find_methods("shaper_fmu.pulses", "shaper_fmu.pulse_designs", PulseMethod, {})
+_HOST = ("shaper_fmu.commands.pulse_train", PulseWorkspace)
+_found = find_methods("shaper_fmu.pulses", "shaper_fmu.pulse_designs", PulseMethod, _QUESTIONS, _HOST)
 
 PULSES = {one.record.name: one.record for one in _found}
 """The methods' records by name, by rising number."""

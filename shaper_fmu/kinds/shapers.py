@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from shaper_fmu.methods.discovery import find_methods
-from shaper_fmu.methods.dispatch import Question, module_text, run_text
+from shaper_fmu.methods.dispatch import module_text, run_text
+from shaper_fmu.methods.record import Question
 from shaper_fmu.shapers.method import ShaperMethod
 from shaper_fmu.shapers.workspace import DesignWorkspace
 
@@ -16,7 +17,8 @@ _QUESTIONS = (
     Question("impulses_of", "kind, m, damping_ratio", "impulses", "0", "The sequence of this kind; see ShaperMethod.impulses."),
     Question("is_solved", "kind", "solved", "False", "Whether this kind solves equations."),
 )
-_found = find_methods("shaper_fmu.shapers", "shaper_fmu.shapers", ShaperMethod, RESERVED)
+_HOST = ("shaper_fmu.commands.input_shaper", DesignWorkspace)
+_found = find_methods("shaper_fmu.shapers", "shaper_fmu.shapers", ShaperMethod, _QUESTIONS, _HOST, RESERVED)
 _solved = [name for one in _found if one.record.solved for name in one.record.parameters]
 
 SHAPERS = {one.record.name: one.record for one in _found}

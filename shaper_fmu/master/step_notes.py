@@ -12,19 +12,19 @@ import contextlib
 import math
 from collections.abc import Mapping, Sequence
 
+from shaper_fmu.kinds.profiles import PROFILES
 from shaper_fmu.master.events import Treatment
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.variables import items_of, kind_of
 from shaper_fmu.master.wiring import Port
+from shaper_fmu.profiles.method import ProfileMethod
 
 _STEPS_OF_A_MOVE = 10
 _STEPS_OF_A_PERIOD = {True: 2, False: 10}  # with exact events, and on the grid
 _UNITS = {"duration": "s", "natural_frequency": "rad/s"}
 _CHOICES = ("modes", "profile")
 """Parameters that decide which of the others count: how many modes there are, and what the move is."""
-_WITHOUT_SLOPE = {"step": ("position", "velocity", "acceleration"), "trapezoid": ("acceleration",)}
-"""Outputs of a move that are constant between its events."""
 
 
 def time_scales(system: SystemStructure) -> list[Port]:
@@ -81,7 +81,8 @@ def _is_used(system: SystemStructure, name: str, variable: str, values: Mapping[
     one of the `modes` in use."""
     declared = system.fmus[name].variables[variable]
     if variable == "duration":
-        return declared.causality != "parameter" or _item(system, name, values) != "step"
+        method = _profile(system, name, values)
+        return declared.causality != "parameter" or method is None or method.span is None
     default = variable not in system.start_values[name] and values[name, variable] == float(declared.start or math.nan)
     if declared.causality == "parameter" and default:
         return False
@@ -89,12 +90,12 @@ def _is_used(system: SystemStructure, name: str, variable: str, values: Mapping[
     return "[" not in variable or modes is None or int(variable.split("[")[1].rstrip("]").split(",")[0]) <= modes
 
 
-def _item(system: SystemStructure, name: str, values: Mapping[Port, float]) -> str | None:
-    """The name of the kind of profile that is chosen, None if there is no choice."""
+def _profile(system: SystemStructure, name: str, values: Mapping[Port, float]) -> ProfileMethod | None:
+    """The profile that is chosen, None if there is no choice, or none that is known here."""
     if (name, "profile") not in values:
         return None
     items = {number: item for item, number in items_of(system.fmus[name].variables["profile"]).items()}
-    return items.get(int(values[name, "profile"]))
+    return PROFILES.get(items.get(int(values[name, "profile"]), ""))
 
 
 def _steps_of_a_move(system: SystemStructure, name: str, treatment: Treatment, values: Mapping[Port, float]) -> int:
@@ -111,7 +112,8 @@ def _steps_of_a_move(system: SystemStructure, name: str, treatment: Treatment, v
     else:
         rates = [v for v in fmu.variables.values() if v.derivative is not None]
         smooth = {v.name for v in rates} | {str(v.derivative.name) for v in rates if v.derivative is not None}
-    smooth -= set(_WITHOUT_SLOPE.get(_item(system, name, values) or "", ()))
+    method = _profile(system, name, values)
+    smooth -= set(method.constant if method else ())
     used = {source[1] for source in treatment.connections.values() if source[0] == name}
     return _STEPS_OF_A_MOVE if used & smooth else 1
 

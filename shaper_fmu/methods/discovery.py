@@ -2,50 +2,52 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
+import importlib.util
+import inspect
 import keyword
 import pkgutil
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from importlib.metadata import entry_points
+from collections.abc import Collection, Iterator, Mapping
 from types import ModuleType
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
+from shaper_fmu.component import Component, Variable
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.methods.record import FIRST_FOREIGN, Method
+from shaper_fmu.methods.announced import announced, leave_out
+from shaper_fmu.methods.record import FIRST_FOREIGN, Found, Method, Question
 
 M = TypeVar("M", bound=Method)
 
 
-@dataclass(frozen=True)
-class Found(Generic[M]):
-    """A record, and where it is: the name of its module, and its own name there."""
-
-    record: M
-    module: str
-    attribute: str
-
-
-def find_methods(package: str, group: str, kind: type[M], reserved: Mapping[str, int]) -> list[Found[M]]:
+def find_methods(
+    package: str,
+    group: str,
+    kind: type[M],
+    questions: Collection[Question],
+    host: tuple[str, type[Component]],
+    reserved: Mapping[str, int] | None = None,
+) -> list[Found[M]]:
     """All methods of a kind by rising number: those in the modules of `package`, and those that entry points of `group` name.
 
-    `reserved` are items of the enumeration that are no methods. Raises
-    ComponentError for a module that cannot be loaded, and for names and numbers that are used twice.
+    `host` is the component whose parameters theirs become: its module, which imports what is found here, and its base.
+    `reserved` are items of the enumeration that are no methods. Raises ComponentError for a method of shaper-fmu's own that
+    cannot be used; another package's is left out with a warning.
     """
-    own = [one for module in modules_of(package) for one in _records(module, kind)]
-    foreign = [one for module in announced_modules(group) for one in _records(module, kind)]
-    methods = {id(one.record): one for one in reversed([*own, *foreign])}  # once each, where it was found first
-    found = sorted(methods.values(), key=lambda one: one.record.number)
-    own_records = {id(one.record) for one in own}
-    for one in found:
-        _check(one.record, one.module, id(one.record) not in own_records)
-    taken = [(name, number, package) for name, number in reserved.items()]
-    for name, number, where in [*taken, *((one.record.name, one.record.number, one.module) for one in found)]:
-        for other, its_number, place in taken:
-            if (other, its_number, place) != (name, number, where) and (other == name or its_number == number):
-                raise ComponentError(f"{package}: {name} = {number} in {where} and {other} = {its_number} in {place} are one item")
-        taken.append((name, number, where))
-    return found
+    known = _Known(package, questions, declared_names(host[0]) | set(dir(host[1])), reserved or {})
+    for module in modules_of(package):
+        for one in _records(module, kind):
+            known.add(one, foreign=False)
+    for point, module, target in announced(group):
+        records = _records(module, kind) if inspect.ismodule(target) or isinstance(target, kind) else []
+        if not records:
+            leave_out(point, f"it names no {kind.__name__}, and no module with one")
+        for one in records:
+            try:
+                known.add(one, foreign=True)
+            except ComponentError as error:
+                leave_out(point, error)
+    return sorted(known.found.values(), key=lambda one: one.record.number)
 
 
 def modules_of(package: str) -> Iterator[ModuleType]:
@@ -54,22 +56,66 @@ def modules_of(package: str) -> Iterator[ModuleType]:
         yield importlib.import_module(entry.name)
 
 
-def announced_modules(group: str) -> Iterator[ModuleType]:
-    """The modules that entry points of a group name. Raises ComponentError for one that cannot be loaded."""
-    for point in sorted(entry_points(group=group), key=lambda p: (p.name, p.value)):
-        try:
-            yield importlib.import_module(point.module)
-        except Exception as error:
-            raise ComponentError(f"entry point {point.name} = {point.value} of {group} cannot be loaded: {error}") from error
+def declared_names(module: str) -> set[str]:
+    """The names that the classes in a module's source declare, without loading it."""
+    spec = importlib.util.find_spec(module)
+    source = spec.loader.get_source(module) if spec and spec.loader else None  # pyright: ignore[reportAttributeAccessIssue]
+    bodies = [statement.body for statement in ast.parse(source or "").body if isinstance(statement, ast.ClassDef)]
+    statements = [statement for body in bodies for statement in body]
+    targets = [target for statement in statements if isinstance(statement, ast.Assign) for target in statement.targets]
+    targets += [statement.target for statement in statements if isinstance(statement, ast.AnnAssign)]
+    return {target.id for target in targets if isinstance(target, ast.Name)}
 
 
-def _records(module: ModuleType, kind: type[M]) -> Iterable[Found[M]]:
+def _records(module: ModuleType, kind: type[M]) -> list[Found[M]]:
     return [Found(value, module.__name__, name) for name, value in vars(module).items() if isinstance(value, kind)]
 
 
-def _check(record: Method, module: str, foreign: bool) -> None:
-    name, number = record.name, record.number
-    if not name.isidentifier() or keyword.iskeyword(name):
-        raise ComponentError(f"{module}: the name {name!r} must be one word of letters, digits and underscores")
-    if foreign and number < FIRST_FOREIGN:
-        raise ComponentError(f"{module}: {name} = {number}; numbers below {FIRST_FOREIGN} are kept for shaper-fmu itself")
+class _Known(Generic[M]):
+    """The methods found so far; each is checked against the others."""
+
+    def __init__(self, package: str, questions: Collection[Question], variables: set[str], reserved: Mapping[str, int]):
+        self.package, self.questions, self.variables = package, questions, variables
+        self.found: dict[int, Found[M]] = {}
+        """By the identity of the record: once each, where it was found first."""
+        self.items = [(name, number, package) for name, number in reserved.items()]
+        self.parameters: dict[str, Variable[Any]] = {}
+
+    def add(self, one: Found[M], foreign: bool) -> None:
+        """Take a method in. Raises ComponentError for one that cannot be used beside the others."""
+        if id(one.record) in self.found:
+            return
+        self._check_item(one, foreign)
+        for name, variable in one.record.parameters.items():
+            self._check_parameter(one, name, variable)
+        for question in self.questions:
+            question.asked_of(one)
+        self.items.append((one.record.name, one.record.number, one.module))
+        self.parameters |= one.record.parameters
+        self.found[id(one.record)] = one
+
+    def _check_item(self, one: Found[M], foreign: bool) -> None:
+        name, number, where = one.record.name, one.record.number, one.module
+        if not _is_word(name):
+            raise ComponentError(f"{where}: the name {name!r} must be one word of letters, digits and underscores")
+        if type(number) is not int or not 0 < number < 2**31:
+            raise ComponentError(f"{where}: {name} = {number!r}; the number must be a whole one from 1 to 2147483647")
+        if foreign and number < FIRST_FOREIGN:
+            raise ComponentError(f"{where}: {name} = {number}; numbers below {FIRST_FOREIGN} are kept for shaper-fmu itself")
+        for other, its_number, place in self.items:
+            if other == name or its_number == number:
+                raise ComponentError(
+                    f"{self.package}: {name} = {number} in {where} and {other} = {its_number} in {place} are one item"
+                )
+
+    def _check_parameter(self, one: Found[M], name: str, variable: Variable[Any]) -> None:
+        if not _is_word(name):
+            raise ComponentError(f"{one.module}: the parameter {name!r} must be one word of letters, digits and underscores")
+        if name in self.variables:
+            raise ComponentError(f"{one.module}: the component has a variable {name!r}; a method's parameter needs another name")
+        if self.parameters.get(name, variable) is not variable:
+            raise ComponentError(f"{one.module}: another method has a parameter {name!r}, too; share it, or call it otherwise")
+
+
+def _is_word(name: object) -> bool:
+    return isinstance(name, str) and name.isidentifier() and not keyword.iskeyword(name)

@@ -12,29 +12,11 @@ A method answers with a function, which is given those of the arguments that it 
 
 from __future__ import annotations
 
-import inspect
 import linecache
-import sys
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from types import FunctionType
 from typing import Any
 
-from shaper_fmu.component import Variable
-from shaper_fmu.errors import ComponentError
-from shaper_fmu.methods.discovery import Found
-from shaper_fmu.methods.record import FIRST_FOREIGN, Method
-
-
-@dataclass(frozen=True)
-class Question:
-    """A function to generate: `name`(`arguments`) returns the method's `field`, or `otherwise` if that is None."""
-
-    name: str
-    arguments: str
-    field: str
-    otherwise: str
-    summary: str
+from shaper_fmu.methods.record import FIRST_FOREIGN, Found, Method, Question
 
 
 def module_text(
@@ -77,39 +59,30 @@ def _function(enumeration: str, question: Question, methods: Iterable[Found[Any]
         answer = getattr(one.record, question.field)
         if answer is None:
             continue
-        expression = _call(one, question, imports) if callable(answer) else repr(answer)
+        wanted = question.asked_of(one)
+        expression = repr(answer) if wanted is None else _call(one, question, wanted, imports)
         if expression == question.otherwise:
             continue
         lines += [f"    if kind == {enumeration}.{one.record.name}:", f"        return {expression}"]
     return "\n".join([*lines, f"    return {question.otherwise}"])
 
 
-def _call(one: Found[Any], question: Question, imports: list[str]) -> str:
-    function = getattr(one.record, question.field)
-    where = f"{one.module}: {question.field} of {one.record.name}"
-    if not isinstance(function, FunctionType) or getattr(sys.modules[function.__module__], function.__name__, None) is not function:
-        raise ComponentError(f"{where} must be a plain function at the top of its module")
-    known = [name.strip() for name in question.arguments.split(",")]
-    wanted = list(inspect.signature(function).parameters)
-    for name in wanted:
-        if name not in known or name == "kind":
-            raise ComponentError(f"{where} asks for {name!r}; it may ask for {', '.join(k for k in known if k != 'kind')}")
-    called = f"{one.record.name}_{question.field}"
+def _call(one: Found[Any], question: Question, wanted: list[str], imports: list[str]) -> str:
+    function, called = getattr(one.record, question.field), f"{one.record.name}_{question.field}"
     imports.append(f"from {function.__module__} import {function.__name__} as {called}")
     return f"{called}({', '.join(wanted)})"
 
 
 def _parameters(methods: Iterable[Found[Method]], imports: list[str]) -> tuple[str, str]:
     """The parameters of shaper-fmu's own methods, and those that other packages add: they come last, and move no others."""
-    known: dict[str, Variable[Any]] = {}
+    known: set[str] = set()
     own: list[str] = []
     further: list[str] = []
     for one in methods:
         record = f"{one.record.name}_record"
-        for name, variable in one.record.parameters.items():
+        for name in one.record.parameters:
             if name not in known:
+                known.add(name)
                 imports.append(f"from {one.module} import {one.attribute} as {record}")
                 (own if one.record.number < FIRST_FOREIGN else further).append(f'"{name}": {record}.parameters["{name}"]')
-            if known.setdefault(name, variable) is not variable:
-                raise ComponentError(f"{one.module}: another method has a parameter {name!r}, too; share it, or call it otherwise")
     return "{" + ", ".join(own) + "}", "{" + ", ".join(further) + "}"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from types import FunctionType
 
-from shaper_fmu.errors import ComponentError
 from shaper_fmu.methods.record import Method
 
 
@@ -13,8 +12,9 @@ from shaper_fmu.methods.record import Method
 class ProfileMethod(Method):
     """A profile: kernel functions of the move over the unit distance; each names the arguments that it takes.
 
-    s and duration in s; natural_frequency in rad/s and damping_ratio of the mode to leave at rest; max_velocity in 1/s and
-    max_acceleration in 1/s2, 1e300 for none; ramp is what `ramp` gives; i numbers events from 0.
+    Its parameters become those of MotionProfile, and options of `profile` and of the command `design`; m is a record that has
+    them, and nothing else. s and duration in s; natural_frequency in rad/s and damping_ratio of the mode to leave at rest;
+    max_velocity in 1/s and max_acceleration in 1/s2, 1e300 for none; ramp is what `ramp` gives; i numbers events from 0.
 
     Attributes:
         move: position [-], velocity [1/s] and acceleration [1/s2] at s in [0, duration]; where one jumps, that on the right.
@@ -26,6 +26,7 @@ class ProfileMethod(Method):
         kink: time [s] of the i-th (0 .. 3) kink of the acceleration within the move; without it there is none.
         span: what the move takes of `duration` [s]; without it all. A step takes 0.
         cruise_time: distance over cruise speed [s]; without it, or where it is 0, there is no cruise.
+        constant: outputs of MotionProfile that are constant between the jumps, such as the acceleration of a trapezoid.
         jumps_at_ends: whether position, velocity or acceleration jumps at the start and at the end.
     """
 
@@ -37,8 +38,5 @@ class ProfileMethod(Method):
     kink: FunctionType | None = None
     span: FunctionType | None = None
     cruise_time: FunctionType | None = None
+    constant: tuple[str, ...] = ()
     jumps_at_ends: bool = False
-
-    def __post_init__(self) -> None:
-        if self.parameters:
-            raise ComponentError(f"{self.name}: a profile has no parameters of its own")

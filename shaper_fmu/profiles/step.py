@@ -35,6 +35,7 @@ STEP = ProfileMethod(
     peaks=step_peaks,
     shortest=step_shortest,
     span=no_time,
+    constant=("position", "velocity", "acceleration"),
     jumps_at_ends=True,
     summary="at once, at start_time",
 )

@@ -74,6 +74,7 @@ TRAPEZOID = ProfileMethod(
     ramp=trapezoid_ramp,
     event=ramp_end,
     cruise_time=trapezoid_cruise_time,
+    constant=("acceleration",),
     jumps_at_ends=True,
     summary="trapezoidal velocity, ramps of a third of the duration; shorter ones where max_velocity asks for it, longer ones, "
     "up to bang-bang, where max_acceleration does",

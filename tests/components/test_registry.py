@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from conftest import gain_component
+from outside_packages import announced
 
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.registry import components, find_component, load_components
@@ -43,22 +44,9 @@ def test_third_parties_announce_components_by_entry_point(tmp_path, monkeypatch)
                 self.level = t + h
         ''')
     )
-    info = tmp_path / "theirs-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: theirs\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text("[shaper_fmu.components]\ntheirs = their_plant\n")
+    announced(tmp_path, {"shaper_fmu.components": {"theirs": "their_plant"}})
     monkeypatch.syspath_prepend(str(tmp_path))
     assert components()["TheirPlant"].__module__ == "their_plant"
-
-
-def test_a_broken_entry_point_is_named(tmp_path, monkeypatch):
-    info = tmp_path / "broken-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text("[shaper_fmu.components]\nbroken = no_such_module\n")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    with pytest.raises(ComponentError, match="entry point broken = no_such_module cannot be loaded"):
-        components()
 
 
 def test_a_users_file_gives_its_components(tmp_path):

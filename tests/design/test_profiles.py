@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -19,8 +20,10 @@ from profile_cases import (
 )
 
 from shaper_fmu.commands.motion_profile import MotionProfile, ProfileKind
+from shaper_fmu.component import NO_EVENT
 from shaper_fmu.design.profiles import profile
 from shaper_fmu.export.compile import jit, record_of
+from shaper_fmu.kinds.profiles import PROFILES
 
 
 def test_cycloid_versine_ramp_is_the_papers_formula():
@@ -183,3 +186,20 @@ def test_trapezoid_takes_thirds_unless_a_limit_forbids_it():
         assert law.ramp == pytest.approx(ramp, rel=1e-6)
         assert law.peak_velocity == pytest.approx(speed, rel=1e-6)
         assert law.velocity(1.5) == pytest.approx(speed, rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", PROFILES)
+def test_what_is_declared_as_constant_between_jumps_is_and_nothing_else(kind):
+    """By the component itself, at points well within the pieces between its announced events."""
+    component = MotionProfile(profile=kind, distance=DISTANCE, duration=DURATION, start_time=START, natural_frequency=W)
+    component.initialize()
+    ends = [0.0]
+    while component.next_event_time < NO_EVENT:
+        ends.append(component.next_event_time)
+        component.do_step(ends[-2], ends[-1] - ends[-2])
+    varies = np.zeros(3, bool)
+    for begin, end in pairwise([*ends, ends[-1] + DURATION]):
+        values = profile_at(begin + (end - begin) * np.array([0.1, 0.3, 0.6, 0.9]), profile=kind, damping_ratio=0.0)
+        varies |= np.ptp(values, axis=1) > 1e-9
+    names = np.array(["position", "velocity", "acceleration"])
+    assert set(names[~varies]) == set(PROFILES[kind].constant)

@@ -9,6 +9,7 @@ import re
 import llvmlite.binding as llvm
 import numpy as np
 import pytest
+from trial_runs import allowed, varied
 
 from shaper_fmu.component import Component, Output
 from shaper_fmu.errors import BuildError
@@ -57,24 +58,13 @@ class NativeKernels:
         return status.value
 
 
-def random_parameters(component: type[Component], rng: random.Random) -> dict:
-    """Values inside the domains, moderately far from the start values."""
-    values = {}
-    for variable in component.variables.values():
-        bound = variable.name.startswith("custom") or variable.name == "minimum_pulse_width"  # to what other parameters are
-        if variable.causality == "parameter" and variable.kind is float and not bound:
-            scaled = [start * rng.uniform(0.5, 1.5) if start else rng.uniform(0.0, 0.4) for start in variable.starts]
-            values[variable.name] = scaled if variable.size else scaled[0]
-    return values
-
-
 @pytest.mark.parametrize("name", components())
 def test_plain_compiled_and_freestanding_agree_bit_for_bit(name):
     component, rng = components()[name], random.Random(name)
     native = NativeKernels(component)
     start, step = jit(component, "start"), jit(component, "step")
     for _ in range(3):
-        plain = component(**random_parameters(component, rng))
+        plain = component(**varied(component, rng))
         compiled = record_of(plain)
         freestanding = compiled.copy()
         plain.initialize(0.0)
@@ -84,7 +74,7 @@ def test_plain_compiled_and_freestanding_agree_bit_for_bit(name):
         for _ in range(150):
             for variable in component.variables.values():
                 if variable.causality == "input":
-                    value = rng.choice([0.0, 0.05, rng.uniform(-0.1, 0.1)])
+                    value = allowed(variable, rng.choice([0.0, 0.05, rng.uniform(-0.1, 0.1)]))
                     value = value if variable.size is None else [value] * variable.size
                     setattr(plain, variable.name, value)
                     compiled[variable.name] = freestanding[variable.name] = value

@@ -8,7 +8,7 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from native_drivers import Driver
 from native_host import native_fmu
-from test_fmu_identity import PARAMETERS, stimulus
+from trial_runs import PARAMETERS, stimuli
 
 from shaper_fmu.component import NO_EVENT, Component
 from shaper_fmu.registry import components
@@ -61,7 +61,7 @@ def test_left_and_right_limits_at_events_are_those_of_plain_python(name):
     events, t = 0, 0.0
     for i in range(40):
         end = 0.0931 * (i + 1)
-        inputs = {variable: stimulus(i, place) for place, variable in enumerate(driver.labels("input"))}
+        inputs = stimuli(name, i)
         driver.set(inputs)
         for variable, value in inputs.items():
             plain.set(variable, value)

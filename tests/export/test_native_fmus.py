@@ -7,7 +7,8 @@ import random
 import pytest
 from native_drivers import Driver
 from native_host import native_fmu
-from test_fmu_identity import PARAMETERS, STEP, STEPS, plain_run, stimulus
+from test_fmu_identity import plain_run
+from trial_runs import PARAMETERS, STEP, STEPS, stimuli
 
 from shaper_fmu.export.build import build_fmu, fmu_path
 from shaper_fmu.registry import components, find_component
@@ -21,7 +22,7 @@ def native_run(name: str, fmi: int, **options: bool) -> list[list[str]]:
     driver = Driver(native_fmu(name, fmi), **options).initialize(PARAMETERS[name])
     rows = []
     for i in range(STEPS):
-        driver.set({variable: stimulus(i, place) for place, variable in enumerate(driver.labels("input"))})
+        driver.set(stimuli(name, i))
         driver.step(i * STEP, STEP)
         rows.append([value.hex() for value in driver.elements("output")])
     driver.close()
@@ -64,7 +65,7 @@ def test_a_restored_state_replays_to_the_bit(name, fmi):
     def run(who: Driver, first: int, count: int) -> list[float]:
         seen = []
         for i in range(first, first + count):
-            who.set({variable: stimulus(i, place) for place, variable in enumerate(who.labels("input"))})
+            who.set(stimuli(name, i))
             who.step(i * STEP, STEP)
             seen += who.elements("output")
         return seen
@@ -107,7 +108,7 @@ def test_reset_equals_a_fresh_instance(name, fmi):
     driver.initialize(PARAMETERS[name])
     rows = []
     for i in range(STEPS):
-        driver.set({variable: stimulus(i, place) for place, variable in enumerate(driver.labels("input"))})
+        driver.set(stimuli(name, i))
         driver.step(i * STEP, STEP)
         rows.append([value.hex() for value in driver.elements("output")])
     assert rows == plain_run(components()[name])
@@ -125,7 +126,7 @@ def test_outputs_read_between_set_and_step_follow_the_inputs_and_change_nothing(
     plain.initialize()
     outputs = [v for v in plain.variables.values() if v.causality == "output"]
     for i in range(STEPS):
-        inputs = {variable: stimulus(i, place) for place, variable in enumerate(reader.labels("input"))}
+        inputs = stimuli(name, i)
         for variable, value in inputs.items():
             plain.set(variable, value)
         plain.do_step(i * STEP, 0.0)

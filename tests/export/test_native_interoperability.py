@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import pytest
 from other_masters import INSTANCE, Job, Run, run_ecos_program, run_jobs, write_system
-from test_fmu_identity import PARAMETERS
+from trial_runs import PARAMETERS
 
 from shaper_fmu.component import Component
 from shaper_fmu.export.build import fmu_path

@@ -17,7 +17,7 @@ import lief
 import pytest
 from native_calls import Host
 from native_host import binary_of, complete_fmu, host_program, signatures, token_of
-from test_fmu_identity import PARAMETERS, STEP, stimulus
+from trial_runs import PARAMETERS, STEP, stimuli
 
 from shaper_fmu.component import NO_EVENT
 from shaper_fmu.export.native.toolchain import PLATFORMS
@@ -111,12 +111,10 @@ def looked_at(host: Host) -> list[Any]:
 
 def case_lines(host: Host, parameters: dict[str, Any]) -> list[str]:
     """A simulation with these parameters and changing inputs, and derivatives of model exchange."""
-    found = [v for v in host.variables if v.causality == "input"]
-    inputs = [label for v in found for label in ([f"{v.name}[{i + 1}]" for i in range(host.size(v))] if v.dimensions else [v.name])]
     look = [f"get {v.valueReference} {host.size(v)}" for v in looked_at(host)]
     lines = ["begin", *settings(host, parameters), "end", *look]
     for i in range(STEPS):
-        lines += settings(host, {label: stimulus(i, place) for place, label in enumerate(inputs)})
+        lines += settings(host, stimuli(host.name, i))
         lines += [f"step {bits(i * STEP)} {bits(STEP)}", *look]
     return [*lines, "free", f"exchange {host.states}"]
 

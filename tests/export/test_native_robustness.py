@@ -225,11 +225,12 @@ def test_memory_stays_flat(name, instances, states, fmi, capsys):
 
 
 def thread_arguments(name: str, fmi: int) -> list[str]:
-    """Version, token, an output and its size, an input or -1 and its size, and a number of steps."""
+    """Version, token, an output and its size, an input without bounds or -1 and its size, and a number of steps."""
     fmu = native_fmu(name, fmi)
     host = Host(name, fmi)
     output = next((v.valueReference, host.size(v)) for v in real_variables(host, "output"))
-    inputs = [*[(v.valueReference, host.size(v)) for v in real_variables(host, "input")], (-1, 0)]
+    free = [v for v in real_variables(host, "input") if v.min is None and v.max is None]
+    inputs = [*[(v.valueReference, host.size(v)) for v in free], (-1, 0)]
     host.free()
     return [str(fmi), token_of(fmu), *map(str, (*output, *inputs[0], 300))]
 

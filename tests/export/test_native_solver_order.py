@@ -16,10 +16,11 @@ import numpy as np
 import pytest
 from native_drivers import Driver
 from native_host import native_fmu
-from test_fmu_identity import PARAMETERS, stimulus
+from trial_runs import PARAMETERS, stimuli
 
 from shaper_fmu.commands.pulse_train import Design
 from shaper_fmu.component import NO_EVENT, Component
+from shaper_fmu.integration import Integrated
 from shaper_fmu.kinds.profiles import ProfileKind
 from shaper_fmu.registry import components
 
@@ -29,8 +30,10 @@ FREQUENCY = 3.0
 MOVE = {"duration": 1.1, "start_time": 0.13, "distance": -0.7, "natural_frequency": 5.5, "damping_ratio": 0.08}
 LIMITED = {**MOVE, "max_velocity": 0.8}
 PULSES = {"duration": 0.5, "start_time": 0.13, "natural_frequency": 8.0, "damping_ratio": 0.05, "frequency_ratio": 5.0}
-LONGEST = {"HydraulicPendulum": 0.001, "FlexibleBeam": 0.004}
-"""Longest step of a solver [s], where 0.02 s is too long for the plant's own time constants."""
+LONGEST = 0.02
+"""Longest step of the solver [s], of components that are not faster."""
+FASTEST = 0.5
+"""And its product with the plant's fastest eigenvalue, so that the error falls with the fourth power."""
 CASES: list[tuple[str, dict[str, Any]]] = [
     *[("MotionProfile", {**MOVE, "profile": int(kind)}) for kind in ProfileKind],
     ("MotionProfile", {**LIMITED, "profile": int(ProfileKind.trapezoid)}),
@@ -97,6 +100,18 @@ class Exchanged:
         return np.hstack([dx, speed, FREQUENCY**2 * (y - position)])
 
 
+def fastest_eigenvalue(name: str, fmi: int, values: dict[str, Any]) -> float:
+    """Magnitude of a component's fastest eigenvalue [1/s], by central differences of its derivatives at the start."""
+    model = Exchanged(name, fmi, values)
+    x, n = model.states(), model.count
+    moves = 1e-6 * np.diag(np.maximum(1.0, np.abs(x)))
+    rest = np.zeros(2 * len(model.outputs))
+    slopes = [[model.slopes(0.0, np.hstack([x + way * move, rest]))[:n] for way in (1.0, -1.0)] for move in moves]
+    model.driver.close()
+    matrix = np.array([(ahead - behind) / (2.0 * np.max(move)) for (ahead, behind), move in zip(slopes, moves, strict=True)])
+    return float(np.max(np.abs(np.linalg.eigvals(matrix)))) if n else 0.0
+
+
 def integrated(name: str, fmi: int, values: dict[str, Any], longest: float) -> np.ndarray:
     """States of the FMU and of the oscillators at END, by steps of at most `longest` [s] that end on events."""
     model = Exchanged(name, fmi, values)
@@ -104,7 +119,7 @@ def integrated(name: str, fmi: int, values: dict[str, Any], longest: float) -> n
     t = 0.0
     for i, begin in enumerate(INPUT_TIMES):
         if model.inputs:
-            model.event({label: stimulus(3 * i, place) for place, label in enumerate(model.inputs)})
+            model.event(stimuli(name, 3 * i))
         end = (*INPUT_TIMES, END)[i + 1]
         assert t == begin
         while t < end:
@@ -128,7 +143,7 @@ def integrated(name: str, fmi: int, values: dict[str, Any], longest: float) -> n
     return found
 
 
-def exact(name: str, values: dict[str, Any]) -> np.ndarray:
+def exact(name: str, values: dict[str, Any], longest: float) -> np.ndarray:
     """The same from the plain Python component: states by its own steps, oscillators by Gauss-Legendre quadrature."""
     component = components()[name]
     plain = component()
@@ -138,16 +153,15 @@ def exact(name: str, values: dict[str, Any]) -> np.ndarray:
     outputs = outputs_of(component)
     nodes, weights = np.polynomial.legendre.leggauss(20)
     position, speed = np.zeros(len(outputs)), np.zeros(len(outputs))
-    inputs = [label for v in component.variables.values() if v.causality == "input" for label in v.scalar_names]
     t = 0.0
     for i, end in enumerate((*INPUT_TIMES[1:], END)):
-        for place, label in enumerate(inputs):
-            plain.set(label, stimulus(3 * i, place))
+        for label, given in stimuli(name, 3 * i).items():
+            plain.set(label, given)
         plain.do_step(t, 0.0)
         while t < end:
             until = t
             announced = min(getattr(plain, "next_event_time", NO_EVENT), getattr(plain, "next_kink_time", NO_EVENT))
-            target = min(end, announced, t + 5.0 * LONGEST.get(name, 0.02))
+            target = min(end, announced, t + 5.0 * longest)
             for node, weight in zip(nodes, weights, strict=True):
                 s = t + 0.5 * (node + 1.0) * (target - t)
                 plain.do_step(until, s - until)
@@ -171,10 +185,13 @@ def groups(name: str, found: np.ndarray) -> np.ndarray:
 @both_versions
 @every_case
 def test_runge_kutta_converges_with_order_four_through_all_events(name, values, fmi):
-    """A quarter of the step divides the error by 256, in the limit; asked for are 100, where the error is above 1e-10 of the
-    largest value: the plain component's own (integration to 1e-10) and rounding."""
-    wanted = exact(name, values)
-    longest = LONGEST.get(name, 0.02)
+    """A quarter of the step divides the error by 256, in the limit; asked for are 100, where the error is above the plain
+    component's own: rounding, or the integration's 1e-10 in each of some hundred steps. What is left is 1e-6 of the largest value,
+    or the phase error of an undamped oscillation of the fastest eigenvalue, (w h)^4 / 120 radians per radian."""
+    fastest = fastest_eigenvalue(name, fmi, values)
+    longest = min(LONGEST, FASTEST / fastest) if fastest else LONGEST
+    wanted = exact(name, values, longest)
     coarse, fine = [groups(name, integrated(name, fmi, values, step) - wanted) for step in (longest, 0.25 * longest)]
-    assert np.all(fine <= np.maximum(coarse / 100.0, 1e-10 * max(1.0, *groups(name, wanted))))
-    assert np.max(fine) < 1e-6 * np.max(groups(name, wanted))
+    own = 1e-10 * (500.0 if issubclass(components()[name], Integrated) else 1.0)
+    assert np.all(fine <= np.maximum(coarse / 100.0, own * np.maximum(1.0, groups(name, wanted))))
+    assert np.max(fine) < max(1e-6, (0.25 * longest * fastest) ** 4 / 120.0 * fastest * END) * np.max(groups(name, wanted))

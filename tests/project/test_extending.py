@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
-import subprocess
-import sys
 import tomllib
+import zipfile
 from pathlib import Path
 from typing import Any
 
 import pytest
+from outside_packages import COMMAND, announced, python
 from sweep_cases import runs_of
 
 from shaper_fmu.design.method_tables import with_tables
@@ -20,22 +19,6 @@ from shaper_fmu.errors import StudyError
 
 PAGE = (Path(__file__).parents[2] / "docs" / "extending.md").read_text()
 W, ZETA, LATE = 5.0, 0.05, 2
-
-
-def announced(folder: Path, points: dict[str, dict[str, str]], name: str = "theirs") -> None:
-    """A distribution in this folder that has these entry points."""
-    info = folder / f"{name}-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
-    lines = [f"[{group}]\n" + "\n".join(f"{key} = {value}" for key, value in one.items()) for group, one in points.items()]
-    (info / "entry_points.txt").write_text("\n\n".join(lines) + "\n")
-
-
-def python(folder: Path, code: str, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    """What Python says to this code, with the folder among those where modules are looked for."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])}
-    words = [sys.executable, "-c", code, *map(str, arguments)]
-    return subprocess.run(words, capture_output=True, text=True, env=environment, timeout=1800, cwd=folder)
 
 
 @pytest.fixture(scope="module")
@@ -47,8 +30,8 @@ def folder(tmp_path_factory) -> Path:
     announced(place, points)
     files = [text for kind, text in blocks if kind == "python"]
     modules = [module for group in points.values() for module in group.values()]
-    assert len(files) == len(modules) == 4
-    for module, text in zip(modules, files, strict=True):
+    assert len(files) == len(modules) + 2
+    for module, text in zip([*modules, "distributions", "period"], files, strict=True):
         (place / f"{module}.py").write_text(text)
     return place
 
@@ -67,7 +50,7 @@ from shaper_fmu.sweep.engines import Serial
 
 found = {{}}
 for backend in ("native", "python"):
-    for name in ("InputShaper", "MotionProfile", "PulseTrain"):
+    for name in ("InputShaper", "MotionProfile", "PulseTrain", "PiezoStage"):
         build_fmu(find_component(name), backend, backend=backend, platforms=["this"] if backend == "native" else ())
     system = System("shaped")
     values = {{"shaper": "late_zv", "natural_frequency": [{W}], "damping_ratio": [{ZETA}], "late_periods": {LATE}}}
@@ -75,22 +58,34 @@ for backend in ("native", "python"):
     system.drive("shaper.command", 1.0)
     shaped = system.simulate(4.0, 0.5, record=["shaper.shaped", "shaper.duration"])
     system = System("moved")
-    system.add("profile", f"{{backend}}/MotionProfile.fmu", profile="polynomial_4567", duration=2.0)
+    system.add("profile", f"{{backend}}/MotionProfile.fmu", profile="smooth_polynomial", duration=2.0)
     moved = system.simulate(2.0, 0.5)
+    system = System("flat")
+    system.add("profile", f"{{backend}}/MotionProfile.fmu", profile="smooth_polynomial", duration=2.0, flat_derivatives=2)
+    flat = system.simulate(2.0, 0.5)
+    system = System("staged")
+    system.add("stage", f"{{backend}}/PiezoStage.fmu")
+    system.drive("stage.base", 1.0)
+    staged = system.simulate(0.1, 0.02)
     system = System("switched")
     system.add("train", f"{{backend}}/PulseTrain.fmu", design="quick_pulse", natural_frequency={W})
     switched = system.simulate(1.0, 0.5, record=["train.residual_vibration", "train.travel_time"])
     found[backend] = {{
         "shaped": [float(shaped["shaper.shaped"][0]), float(shaped["shaper.duration"][-1])],
         "position": moved["profile.position"].tolist(),
+        "flat": flat["profile.position"].tolist(),
+        "stage": staged["stage.position"].tolist(),
         "residual": float(switched["train.residual_vibration"][-1]),
         "travel_time": float(switched["train.travel_time"][-1]),
     }}
 
 one = shaper("late_zv", {W}, {ZETA}, late_periods={LATE})
-law = profile("polynomial_4567", 1.0, max_velocity=0.7)
+law, cubic = profile("smooth_polynomial", 1.0, max_velocity=0.7), profile("smooth_polynomial", 1.0, 2.0, flat_derivatives=2)
 on_off = pulses("quick_pulse", {W})
 found["python"]["objects"] = [one.residual_vibration({W}, {ZETA}), law.duration, on_off.residual_vibration({W})]
+found["python"]["flat"] = [cubic.position(0.6).tolist(), cubic.peak_acceleration, cubic.residual_vibration({W})]
+ours = profile("polynomial_345", 1.0, 2.0)
+found["python"]["ours"] = [ours.position(0.6).tolist(), ours.peak_acceleration, ours.residual_vibration({W})]
 
 system = System("studied")
 system.add("shaper", "native/InputShaper.fmu", shaper="late_zv", command={W * W}, natural_frequency=[{W}], damping_ratio=[{ZETA}])
@@ -141,6 +136,11 @@ with Store("shares.sqlite") as store:
     found["shares"] = [run.metrics for run in store.iterate()]
     found["shown"] = read_sweep(store, load_stored_system(store)).quantities["share"].shown(0.25)
 
+from distributions import write_page
+
+found["pages"] = [path.name for path in write_page(Path("shares.sqlite"), Path("shares.html"))]
+found["section"] = "Distribution of share" in Path("shares.html").read_text()
+
 choice = choose([ModeBox.around({W}, {ZETA})], Requirements(tolerance=0.2, kinds=("late_zv",)), floor=False)
 found["tune"] = [choice.recommended.name, choice.recommended.start_values()]
 print(json.dumps(found))
@@ -162,12 +162,30 @@ def test_the_methods_are_in_fmus_of_both_backends(found, backend):
     assert found[backend]["shaped"] == pytest.approx([1 / (1 + math.exp(-ZETA * delay)), delay / W], rel=1e-12)
     u = [0.0, 0.25, 0.5, 0.75, 1.0]
     assert found[backend]["position"] == pytest.approx([35 * x**4 - 84 * x**5 + 70 * x**6 - 20 * x**7 for x in u], abs=1e-12)
+    assert found[backend]["flat"] == pytest.approx([10 * x**3 - 15 * x**4 + 6 * x**5 for x in u], abs=1e-12)
     assert found[backend]["residual"] == pytest.approx(0.0, abs=1e-15)
     assert found[backend]["travel_time"] == pytest.approx(2 * math.pi / 3 / W, rel=1e-12)
 
 
+@pytest.mark.parametrize("backend", ["native", "python"])
+def test_the_plant_is_exact_in_fmus_of_both_backends(found, backend):
+    """Step response of an underdamped oscillator: 1 - exp(-zeta w t) (cos wd t + zeta w/wd sin wd t)."""
+    w, zeta = 115.0, 0.02
+    wd = w * math.sqrt(1 - zeta**2)
+    times = [0.02 * i for i in range(6)]
+    expected = [1 - math.exp(-zeta * w * t) * (math.cos(wd * t) + zeta * w / wd * math.sin(wd * t)) for t in times]
+    assert found[backend]["stage"] == pytest.approx(expected, abs=1e-12)
+
+
 def test_python_makes_objects_of_them(found):
+    """With two flat derivatives the polynomials are our 3-4-5 one, but for rounding."""
     assert found["python"]["objects"] == pytest.approx([0.0, 35 / 16 / 0.7, 0.0], abs=1e-12)
+    assert found["python"]["flat"] == pytest.approx(found["python"]["ours"], rel=1e-12)
+
+
+def test_a_report_has_the_figure(found):
+    assert found["section"]
+    assert "shares_distribution_share.png" in found["pages"]
 
 
 def test_a_sweep_varies_the_shapers_own_parameter(found):
@@ -200,95 +218,47 @@ def test_a_store_with_a_metric_that_is_not_installed_says_so(found, folder):
         runs_of(folder / "shares.sqlite")
 
 
-METRIC = """
-from shaper_fmu.metrics.metric import Metric
-
-class X(Metric, tag="{tag}", frozen=True):
-    {field}: str = ""
-
-    def values(self, gathered):
-        return gathered["last"]
-"""
-
-
-@pytest.mark.parametrize(
-    ("tag", "field", "words"),
-    [
-        ("peak", "more", "wrong: the metric X is of the kind 'peak', as is Peak in shaper_fmu.metrics.peak"),
-        ("my metric", "more", "wrong: the metric X is of the kind 'my metric', which must be one word"),
-        ("length", "unit", "wrong: the metric X has a field 'unit', which every metric has for something else"),
-    ],
-)
-def test_wrong_metrics_are_refused_in_clear_words(tmp_path, tag, field, words):
-    (tmp_path / "wrong.py").write_text(METRIC.format(tag=tag, field=field))
-    announced(tmp_path, {"shaper_fmu.metrics": {"wrong": "wrong"}})
-    done = python(tmp_path, "import shaper_fmu.sweep.study")
-    assert done.returncode == 1
-    assert words in done.stderr.splitlines()[-1], done.stderr
-
-
 def test_tune_chooses_among_them(found):
     name, values = found["tune"]
     assert name.startswith("late ZV on 5")
     assert values["shaper"] == "late_zv"
 
 
-_COMMAND = "from shaper_fmu.cli.main import main; main()"
+def test_the_command_tune_verifies_one_on_a_plant_of_theirs(found, folder):
+    """Both from entry points: identified, chosen, simulated and written; late by (2 n + 1) pi / wd, here with n = 1."""
+    words = ["tune", "native/PiezoStage.fmu", "--input", "base", "--output", "position", "--kind", "late_zv", "--margin", "1%"]
+    done = python(folder, COMMAND, *words, "--tolerance", "25%", "--no-report", "--output-folder", "tuned")
+    assert done.returncode == 0, done.stdout + done.stderr
+    tuned = json.loads(next((folder / "tuned").glob("*.json")).read_text())
+    assert tuned["verdict"] == "good", done.stdout
+    with zipfile.ZipFile(next((folder / "tuned").glob("*.ssp"))) as archive:
+        assert "late_zv" in "".join(archive.read(name).decode() for name in archive.namelist() if name.endswith((".ssv", ".ssd")))
+
+
+def test_the_command_period(folder):
+    """T = 2 pi / (w sqrt(1 - zeta^2)); a wrong argument is told before the work."""
+    code = "import sys, typer; sys.path.insert(0, '.'); from period import period; typer.run(period)"
+    assert float(python(folder, code, "5", "-z", "0.6").stdout.split()[0]) == pytest.approx(2 * math.pi / 4.0, rel=1e-8)
+    wrong = python(folder, code, "-1")
+    assert wrong.returncode == 2
+    assert "domain" in wrong.stderr
 
 
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
         (["late_zv", "-w", "5", "-z", "0.05", "--late-periods", "2"], f"{5 * math.pi / math.sqrt(1 - ZETA**2) / W:.6f}"),
-        (["polynomial_4567", "-w", "5", "--duration", "2"], "1.09375"),
+        (["smooth_polynomial", "-w", "5", "--duration", "2"], "1.09375"),
+        (["smooth_polynomial", "-w", "5", "--duration", "2", "--flat-derivatives", "2"], "0.9375"),
+        (["smooth_polynomial", "-w", "5", "--duration", "2", "--flat-derivatives", "1"], "1 is outside its domain: 2 to 9"),
         (["quick_pulse", "-w", "5"], f"{2 * math.pi / 15:.8f}"),
         (["late_zv", "-w", "5", "--late-periods", "10"], "10 is outside its domain: 0 to 9"),
         (["--help"], "Whole periods by which the second impulse of late_zv is late"),
     ],
 )
 def test_the_command_line_knows_them(folder, words, expected):
-    done = python(folder, _COMMAND, "design", *words)
+    done = python(folder, COMMAND, "design", *words)
     assert expected in " ".join((done.stdout + done.stderr).split()), done.stdout + done.stderr
-
-
-SHAPER = """
-from shaper_fmu.shapers.method import ShaperMethod
-from shaper_fmu.component import Parameter
-
-def impulses({arguments}):
-    return 0
-
-X = ShaperMethod(name="{name}", number={number}, impulses=impulses, summary="", parameters={parameters})
-"""
-
-
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        ({"number": 2}, "numbers below 100 are kept for shaper-fmu itself"),
-        ({"name": "zvd"}, r"zvd = 200 in wrong and zvd = 3 in shaper_fmu.shapers.zero_derivative are one item|"
-         r"zvd = 3 in shaper_fmu.shapers.zero_derivative.*"),
-        ({"name": "none"}, "none = 200 in wrong and none = 1 in shaper_fmu.shapers are one item"),
-        ({"name": "my shaper"}, "must be one word of letters"),
-        ({"arguments": "m, damping"}, "wrong: impulses of theirs asks for 'damping'; it may ask for m, damping_ratio"),
-        ({"parameters": '{"modes": Parameter(1.0, "", "")}'}, "InputShaper has a variable 'modes'"),
-        ({"parameters": '{"equal_impulses": Parameter(1, "", "")}'}, "another method has a parameter 'equal_impulses', too"),
-        ({"parameters": '{"x": Parameter([1.0, 2.0], "", "", size=2)}'}, "theirs: x must be a Parameter: a single number"),
-    ],
-)  # fmt: skip
-def test_wrong_records_are_refused_in_clear_words(tmp_path, values, words):
-    given = {"name": "theirs", "number": 200, "arguments": "m, damping_ratio", "parameters": "{}", **values}
-    (tmp_path / "wrong.py").write_text(SHAPER.format(**given))
-    announced(tmp_path, {"shaper_fmu.shapers": {"wrong": "wrong"}})
-    done = python(tmp_path, "import shaper_fmu.commands.input_shaper")
-    assert done.returncode == 1
-    assert re.search(words, done.stderr.splitlines()[-1]), done.stderr
-
-
-def test_a_module_that_cannot_be_loaded_is_named(tmp_path):
-    announced(tmp_path, {"shaper_fmu.profiles": {"gone": "no_such_module"}})
-    done = python(tmp_path, "import shaper_fmu.commands.motion_profile")
-    assert "entry point gone = no_such_module of shaper_fmu.profiles cannot be loaded" in done.stderr.splitlines()[-1]
 
 
 @pytest.mark.parametrize("name", ["shapers.md", "commands.md", "sweeps.md"])
@@ -297,26 +267,3 @@ def test_the_tables_of_the_docs_are_those_of_the_records(name):
     page = (Path(__file__).parents[2] / "docs" / name).read_text()
     assert "<!-- table of" in page
     assert with_tables(page) == page
-
-
-def test_what_does_not_compile_is_named_in_the_methods_file(tmp_path):
-    """The check of kernels goes through the functions that are made, which have no file."""
-    text = SHAPER.format(name="theirs", number=200, arguments="m, damping_ratio", parameters="{}")
-    (tmp_path / "wrong.py").write_text(text.replace("return 0", "return len({1: 2})"))
-    announced(tmp_path, {"shaper_fmu.shapers": {"wrong": "wrong"}})
-    work = (
-        "from shaper_fmu.commands.input_shaper import InputShaper as C; from shaper_fmu.export.kernel_source import check_kernels"
-    )
-    done = python(tmp_path, f"{work}; check_kernels(C)")
-    line = text.splitlines().index("    return 0") + 1
-    assert f"wrong.py:{line}: " in done.stderr, done.stderr
-
-
-def test_tracebacks_show_the_lines_that_are_made(tmp_path):
-    (tmp_path / "wrong.py").write_text(
-        SHAPER.format(name="theirs", number=200, arguments="m, damping_ratio", parameters="{}").replace("return 0", "return 1 / 0")
-    )
-    announced(tmp_path, {"shaper_fmu.shapers": {"wrong": "wrong"}})
-    work = "import traceback; from shaper_fmu import shaper\ntry: shaper('theirs', 1.0)\nexcept ZeroDivisionError: traceback.print_exc()"
-    done = python(tmp_path, work)
-    assert "return theirs_impulses(m, damping_ratio)" in done.stderr, done.stderr

@@ -175,12 +175,18 @@ class Model:
             right &= self.life.phase in phases or (self.life.phase == UNKNOWN and bool(phases))
             new = self.host.starts(v)
             if v.causality == "input" and real:
-                new = [REACH.get(v.name, 1.0) * self.random.uniform(-1.0, 1.0)] * len(new)
+                new = [self._moderate(v)] * len(new)
             if self.random.random() < 0.1:
                 odd = STRANGE if real else [0, 1] if kind == "Boolean" else [-INT_MAX - 1, INT_MAX, 0, -1, 3]
                 new, strange = [self.random.choice(odd)] * len(new), True
             values += new
         return values, right, strange
+
+    def _moderate(self, variable: Any) -> float:
+        """A value for a real input: within its bounds, if it tells any."""
+        reach = REACH.get(variable.name, 1.0)
+        low, high = (side if bound is None else float(bound) for side, bound in ((-reach, variable.min), (reach, variable.max)))
+        return self.random.uniform(min(low, high), max(low, high))
 
     def output_derivatives(self) -> None:
         host = self.host
