@@ -175,7 +175,7 @@ def _of_plant(
 ) -> Tuning:
     from shaper_fmu.master.fmu import load_fmu
     from shaper_fmu.ssp.archive import load_ssp
-    from shaper_fmu.tune.identify.plant import alone_system
+    from shaper_fmu.tune.plant import Plant, alone_system
     from shaper_fmu.tune.tuning_plant import tune_plant
 
     if not input_:
@@ -185,31 +185,20 @@ def _of_plant(
         alone_system(fmu, {})
         with wrong_usage("--set"):
             alone_system(fmu, start_values)
-        _check_names(fmu, input_, outputs, spread, start_values)
-        return tune_plant(
-            fmu, input_, outputs, requirements=requirements, spread=spread, start_values=start_values, say=_say, **options
-        )
-    loaded = load_ssp(path)
-    for note in loaded.notes:
-        err.print(f"note: {note}")
-    for name, value in start_values.items():
-        with wrong_usage("--set"):
-            loaded.set(name, value)
-    _check_names(loaded.system, input_, outputs, spread, None)
-    return tune_plant(loaded.system, input_, outputs, requirements=requirements, spread=spread, say=_say, **options)
-
-
-def _check_names(
-    source: Fmu | System, input_: str, outputs: list[str] | None, spread: dict[str, float], start_values: dict[str, str] | None
-) -> None:
-    """Raise BadParameter for names that the plant does not have, before the experiments with it begin."""
-    from shaper_fmu.tune.identify.plant import Plant
-    from shaper_fmu.tune.verification.shaped_plant import ShapedPlant
-
+        source: Fmu | System = fmu
+    else:
+        loaded = load_ssp(path)
+        for note in loaded.notes:
+            err.print(f"note: {note}")
+        for name, value in start_values.items():
+            with wrong_usage("--set"):
+                loaded.set(name, value)
+        source, start_values = loaded.system, {}
     with wrong_usage("--input or --output"):
-        Plant(source, input_, outputs, start_values)
+        plant = Plant(source, input_, outputs, start_values)
     with wrong_usage("--vary"):
-        ShapedPlant(source, input_, start_values).nominal_values(spread)
+        plant.nominal_values(spread)
+    return tune_plant(plant, requirements=requirements, spread=spread, say=_say, **options)
 
 
 def _print_result(found: Tuning) -> None:

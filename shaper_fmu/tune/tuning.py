@@ -13,9 +13,9 @@ from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.choice.search import Candidate
 from shaper_fmu.tune.identify.measured import MeasuredIdentification
 from shaper_fmu.tune.identify.range import PlantModes
+from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.responses import Responses
-from shaper_fmu.tune.verification.shaped_plant import ShapedPlant
 from shaper_fmu.tune.verification.verify import Verification
 
 Verdict = Literal["tuned", "proven", "no_vibration", "unstable", "nothing_fits", "not_held", "not_verified", "not_proven"]
@@ -73,7 +73,7 @@ class Tuning:
     command: Command
     outputs: tuple[str, ...]
     spread: Mapping[str, float]
-    system: ShapedPlant | None
+    system: Plant | None
     plant: PlantModes | None
     measured: MeasuredIdentification | None
     choice: Choice | None

@@ -15,12 +15,11 @@ from shaper_fmu.tune.choice.boxes import mode_boxes
 from shaper_fmu.tune.choice.choice import choose
 from shaper_fmu.tune.choice.reasons import percent
 from shaper_fmu.tune.choice.requirements import Requirements
-from shaper_fmu.tune.identify.plant import Plant
 from shaper_fmu.tune.identify.range import PlantModes, identify_plant
+from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, requirements_for
 from shaper_fmu.tune.tuning_trial import tightened, tried
 from shaper_fmu.tune.verification.command import Command
-from shaper_fmu.tune.verification.shaped_plant import ShapedPlant
 
 _UNSTABLE = ("unstable", "growth")
 _MORE_ATTEMPTS = 2
@@ -28,8 +27,8 @@ _MORE_ATTEMPTS = 2
 
 @renamed_argument("wish", "requirements")
 def tune_plant(
-    source: System | Fmu | Path | str,
-    input: str,
+    source: Plant | System | Fmu | Path | str,
+    input: str = "",
     outputs: Sequence[str] | None = None,
     *,
     requirements: Requirements | None = None,
@@ -42,7 +41,7 @@ def tune_plant(
     """Find a shaper for an FMU's or a system's `input`, so that its `outputs` do not vibrate after a command.
 
     Args:
-        source: an FMU, or a system whose input is free; in a system names are "instance.variable".
+        source: an FMU, or a system whose input is free; in a system names are "instance.variable". Or a `Plant` made of them.
         input, outputs: names; all real outputs that vibrate if none are named.
         requirements: what is wanted; by default `requirements_for(spread)`.
         spread: parameters of the plant and by which share each varies: {"mass": 0.1} for +-10 % of its start value. The modes are
@@ -56,28 +55,28 @@ def tune_plant(
     """
     spread = dict(spread or {})
     requirements = requirements or requirements_for(spread)
-    shaped = ShapedPlant(source, input, start_values)
-    plant = Plant(source, input, outputs, start_values)
+    plant = Plant.of(source, input, outputs, start_values)
+    plant.check_shaper()
     say("identifying the modes")
-    modes = identify_plant(plant, points=corners(shaped.nominal_values(spread), spread), **options)
-    names = [shaped.short(name) for name in (plant.outputs if outputs else _vibrating(modes))]
+    modes = identify_plant(plant, points=corners(plant.nominal_values(spread), spread), **options)
+    names = [plant.short(name) for name in (plant.outputs if plant.named else _vibrating(modes))]
     rest = plant.rest_value({})
     size = amplitude if amplitude is not None else plant.first_amplitude(rest)
     step = Command(rest, size, modes.nominal.settle_time)
     found = Tuning(
-        "tuned", "", shaped.plant.name, shaped.short(shaped.input), shaped.unit(input), step,
-        tuple(names), spread, shaped, modes, None, None, None, (), modes.findings,
+        "tuned", "", plant.name, plant.short(plant.input), plant.input_unit, step,
+        tuple(names), spread, plant, modes, None, None, None, (), modes.findings,
     )  # fmt: skip
     hopeless = _hopeless(modes)
     if hopeless is not None:
         return replace(found, verdict=hopeless[0], summary=hopeless[1])
     say("choosing a shaper")
-    boxes = mode_boxes(modes, [shaped.full(name) for name in names])
+    boxes = mode_boxes(modes, [plant.full(name) for name in names])
     choice = choose(boxes, requirements)
     if choice.recommended is None:
         return replace(found, verdict="nothing_fits", summary=choice.reason, choice=choice)
     say("verifying it on the plant")
-    found = tried(replace(found, choice=choice), requirements, source, shaped, start_values)
+    found = tried(replace(found, choice=choice), requirements, plant)
     for _ in range(_MORE_ATTEMPTS):
         tighter = tightened(found, requirements) if found.verdict == "not_held" else None
         if tighter is None:
@@ -88,7 +87,7 @@ def tune_plant(
             break
         say("verifying it on the plant")
         again = replace(found, choice=choice, verification=None, responses=())
-        found = tried(again, requirements, source, shaped, start_values)
+        found = tried(again, requirements, plant)
     return found
 
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 from shaper_fmu.errors import ComponentError, SimulationError
 from shaper_fmu.tune.choice.reasons import percent
 from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.identify.range import PlantModes
+from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.tuning import Tuning, Verdict
 from shaper_fmu.tune.verification.command import MOST_INTEGRATORS, command_for
 from shaper_fmu.tune.verification.responses import simulated_responses
-from shaper_fmu.tune.verification.shaped_plant import ShapedPlant
 from shaper_fmu.tune.verification.verify import verify
 
 _CLOSER = 0.97
@@ -26,12 +24,12 @@ _SEEN = 1e-6
 """Share of the vibration's amplitude above which a motion of a rigid body is one, and not rounding."""
 
 
-def tried(found: Tuning, asked: Requirements, source: Any, shaped: ShapedPlant, start_values: Mapping[str, Any] | None) -> Tuning:
+def tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
     """The tuning with what simulations of the plant behind the shaper have shown."""
     assert found.plant is not None
     assert found.choice is not None
     choice = found.choice
-    depths = {name: integrators(found.plant, shaped.full(name)) for name in found.outputs}
+    depths = {name: integrators(found.plant, plant.full(name)) for name in found.outputs}
     settling = [name for name, depth in depths.items() if depth <= MOST_INTEGRATORS]
     if not settling:
         return _untried(
@@ -43,10 +41,7 @@ def tried(found: Tuning, asked: Requirements, source: Any, shaped: ShapedPlant, 
     command = command_for(choice.boxes, given.rest, given.amplitude, given.start, most)
     found = replace(found, command=command)
     try:
-        seen = verify(
-            source, found.input, settling, choice.nearest, choice.boxes, found.spread,
-            tolerance=asked.tolerance, command=command, start_values=start_values,
-        )  # fmt: skip
+        seen = verify(plant, "", settling, choice.nearest, choice.boxes, found.spread, tolerance=asked.tolerance, command=command)
     except ComponentError as error:
         return _untried(found, str(error))
     except SimulationError as error:
@@ -60,7 +55,7 @@ def tried(found: Tuning, asked: Requirements, source: Any, shaped: ShapedPlant, 
     nominally = seen.nominal.share + seen.uncertainty <= asked.nominal_tolerance
     cases = {"nominal": seen.nominal} | ({"worst": seen.worst} if seen.worst is not seen.nominal else {})
     responses = tuple(
-        simulated_responses(shaped, settling, choice.nearest, choice.boxes, command, case, one.values, seen.step)
+        simulated_responses(plant, settling, choice.nearest, choice.boxes, command, case, one.values, seen.step)
         for case, one in cases.items()
     )
     designed = f"{percent(choice.requirements.tolerance)} and nominally {percent(choice.requirements.nominal_tolerance)}"

@@ -15,7 +15,7 @@ from shaper_fmu.analysis.identification import IdentificationError, free_respons
 from shaper_fmu.errors import ModelError
 from shaper_fmu.tune.identify.excitation import Excitation
 from shaper_fmu.tune.identify.experiment import PlantIdentification, experiment
-from shaper_fmu.tune.identify.plant import Plant
+from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.identify.range import identify_plant, match_modes, operating_points
 
 DRAWS = 20

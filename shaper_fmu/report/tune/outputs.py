@@ -18,9 +18,9 @@ from shaper_fmu.ssp.export import parameter_set, write_system
 from shaper_fmu.ssp.template import rounded_step
 from shaper_fmu.ssp.write import write_parameter_set
 from shaper_fmu.tune.choice.boxes import ModeBox
+from shaper_fmu.tune.plant import SHAPER
 from shaper_fmu.tune.tuning import Say, Tuning
 from shaper_fmu.tune.tuning_json import write_json
-from shaper_fmu.tune.verification.shaped_plant import SHAPER
 
 REFERENCE = "reference"
 """Name of the instance that makes the command in the archive."""
@@ -67,7 +67,7 @@ def shaped_system(tuning: Tuning) -> System:
     if plant is None or candidate is None:
         raise ShaperFmuError(f"{tuning.source}: there is no plant, or no shaper for it, so that no system can be written")
     command = tuning.command
-    system = plant.shaped(candidate.start_values(), command.rest, _shaper(tuning), output="shaped_mean")
+    system = plant.behind(candidate.start_values(), command.rest, _shaper(tuning), output="shaped_mean")
     fastest = 2.0 * math.pi / max(box.natural_frequency.nominal for box in _boxes(tuning))
     duration = (_ABRUPT * fastest, command.width, 2.0 * command.width)[command.integrators]
     peak = (1.0, 2.0 / duration, 2.0 * math.pi / duration**2)[command.integrators]  # of a cycloid over a distance of 1

@@ -27,9 +27,9 @@ from shaper_fmu.tune.identify.excitation import Excitation, ExcitationKind
 from shaper_fmu.tune.identify.linear_comparison import LinearComparison, compare
 from shaper_fmu.tune.identify.linear_modes import AT_REST
 from shaper_fmu.tune.identify.linearization import NoLinearizationError, linearize
-from shaper_fmu.tune.identify.plant import Plant
 from shaper_fmu.tune.identify.response import TOLERATED, Experiment, Response
 from shaper_fmu.tune.identify.survey import survey
+from shaper_fmu.tune.plant import Plant
 
 _SAMPLES_PER_PERIOD = 30
 _FEWEST_PER_PERIOD = 12
@@ -143,7 +143,7 @@ def experiment(
 
     Raises IdentificationError if the data support no answer, SimulationError if the plant cannot be run, ModelError for names.
     """
-    plant = source if isinstance(source, Plant) else Plant(source, input, outputs, start_values)
+    plant = Plant.of(source, input, outputs, start_values)
     trial = Experiment(plant, dict(point or {}), restored=restored)
     try:
         guess = duration or plant.duration_hint

@@ -29,8 +29,8 @@ from shaper_fmu.tune.identify.linear_interface import (
     values,
 )
 from shaper_fmu.tune.identify.linear_modes import Linearization, LinearMode, unrest
-from shaper_fmu.tune.identify.plant import Plant
 from shaper_fmu.tune.identify.response import Experiment
+from shaper_fmu.tune.plant import Plant
 
 __all__ = ["LinearMode", "Linearization", "LinearizationError", "NoLinearizationError", "linearize"]
 
@@ -84,7 +84,7 @@ def linearize(
     tells. Raises NoLinearizationError where the FMU lacks what it takes, LinearizationError where it contradicts itself,
     SimulationError where a call fails or gives no finite number, ModelError for wrong names.
     """
-    plant = source if isinstance(source, Plant) else Plant(source, input, outputs, start_values)
+    plant = Plant.of(source, input, outputs, start_values)
     point = dict(point or {})
     task = _task(plant, point, settle_time)
     settled: _Settled | None = None

@@ -17,7 +17,7 @@ from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
 from shaper_fmu.tune.identify.experiment import PlantIdentification, experiment
-from shaper_fmu.tune.identify.plant import Plant
+from shaper_fmu.tune.plant import Plant
 
 _FARTHEST = math.log(2.0)
 """Modes whose frequencies differ by more than a factor of 2 are not taken for the same one."""
@@ -96,7 +96,7 @@ def identify_plant(
 
     An experiment that fails at another point than the nominal one is a finding. Raises as `experiment` does.
     """
-    plant = source if isinstance(source, Plant) else Plant(source, input, outputs, start_values)
+    plant = Plant.of(source, input, outputs, start_values)
     found: list[PlantIdentification] = []
     failed: list[Finding] = []
     hint = dict(options)

@@ -13,8 +13,8 @@ from shaper_fmu.errors import SimulationError
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
 from shaper_fmu.tune.identify.excitation import Excitation
-from shaper_fmu.tune.identify.plant import Plant
 from shaper_fmu.tune.identify.state import SettledRuns, Settling
+from shaper_fmu.tune.plant import Plant
 
 LINEAR = 1e-4
 """Nonlinearity that is small enough, where it can be had."""

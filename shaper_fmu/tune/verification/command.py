@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from shaper_fmu.errors import ArgumentError
+from shaper_fmu.master.system import System
 from shaper_fmu.tune.choice.boxes import ModeBox
+from shaper_fmu.tune.plant import SHAPER, Plant
 
 _WIDTHS = 400
 _LONGEST = 1.5
@@ -58,6 +61,12 @@ class Command:
         """Times [s] and values from each of them on, shape (n, 2); the first time is 0."""
         rows = [[time, self.rest + self.amplitude * level] for time, level in zip(self.times(), self.levels(), strict=True)]
         return np.array(rows if self.start <= 0.0 else [[0.0, self.rest], *rows])
+
+    def on(self, plant: Plant, shaper: Mapping[str, Any]) -> System:
+        """A new system with the plant behind an InputShaper of these start values, and this command before it."""
+        system = plant.behind(shaper, self.rest)
+        system.drive(f"{SHAPER}.command", self.table())
+        return system
 
     def without_change(self) -> Command:
         """The same of which nothing is seen."""

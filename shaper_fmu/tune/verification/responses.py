@@ -10,8 +10,8 @@ import numpy as np
 
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import Candidate
+from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
-from shaper_fmu.tune.verification.shaped_plant import ShapedPlant
 
 _PERIODS = 5.0
 _STEPS_PER_PERIOD = 40
@@ -40,7 +40,7 @@ class Responses:
 
 
 def simulated_responses(
-    plant: ShapedPlant,
+    plant: Plant,
     outputs: Sequence[str],
     candidate: Candidate,
     boxes: Sequence[ModeBox],
@@ -61,7 +61,7 @@ def simulated_responses(
     names = {name: plant.full(name) for name in outputs}
     runs = []
     for shaper in ({"shaper": "none"}, candidate.start_values()):
-        system = plant.commanded(shaper, command)
+        system = command.on(plant, shaper)
         for name, value in values.items():
             system.set(plant.full(name), value)
         runs.append(system.simulate(command.start + end, step, record=list(names.values()), **plant.stepping))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -14,8 +13,8 @@ from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import Candidate
+from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
-from shaper_fmu.tune.verification.shaped_plant import ShapedPlant
 
 _UNSHAPED = {"shaper": "none"}
 _STEPS_PER_PERIOD = 160
@@ -63,20 +62,25 @@ class ShapedRuns:
     """The plant without a command, behind an unshaped one and behind a shaped one, to be run again and again.
 
     Args:
-        source, input, outputs, candidate, boxes, start_values, tolerance: see `verify`.
+        plant: to be wired with a shaper.
+        outputs, candidate, boxes, tolerance: see `verify`.
         command: that leaves the plant at rest, but for vibration.
 
     Attributes:
-        plant: to be wired with a shaper.
         outputs: names with instances.
         step: communication step of all runs [s].
     """
 
     def __init__(
-        self, source: Any, input: str, outputs: Sequence[str], candidate: Candidate, boxes: Sequence[ModeBox],
-        start_values: Mapping[str, Any] | None, tolerance: float, command: Command,
-    ):  # fmt: skip
-        self.plant: ShapedPlant = ShapedPlant(source, input, start_values)
+        self,
+        plant: Plant,
+        outputs: Sequence[str],
+        candidate: Candidate,
+        boxes: Sequence[ModeBox],
+        tolerance: float,
+        command: Command,
+    ):
+        self.plant: Plant = plant
         self.outputs: list[str] = [self.plant.full(name) for name in outputs]
         self.step: float = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes) / _STEPS_PER_PERIOD
         self._window = _PERIODS * 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
@@ -84,9 +88,9 @@ class ShapedRuns:
         self._command = command
         self._delays = {"rest": 0.0, "before": 0.0, "after": candidate.delay}
         self._systems = {
-            "rest": self.plant.commanded(_UNSHAPED, command.without_change()),
-            "before": self.plant.commanded(_UNSHAPED, command),
-            "after": self.plant.commanded(candidate.start_values(), command),
+            "rest": command.without_change().on(plant, _UNSHAPED),
+            "before": command.on(plant, _UNSHAPED),
+            "after": command.on(plant, candidate.start_values()),
         }
 
     def nominals(self, spread: Mapping[str, float]) -> dict[str, float]:
@@ -160,10 +164,5 @@ class ShapedRuns:
         begin = last if exact else last + self.step  # without events the change comes a step later
         after = int(np.searchsorted(found.time, begin + _SAME_TIME * self.step, "right"))
         at = min(after - 1, int(np.searchsorted(found.time, last - _SAME_TIME * self.step))) if exact else after - 1
-        firsts = [after if self._follows(name) else at for name in self.outputs]
+        firsts = [after if self.plant.follows(name) else at for name in self.outputs]
         return [0.5 * float(np.ptp(found[name][first:])) for name, first in zip(self.outputs, firsts, strict=True)]
-
-    def _follows(self, output: str) -> bool:
-        """Whether an output may jump with the input."""
-        instance, variable = self.plant.plant.split(output)
-        return bool(self.plant.plant.fmus[instance].inputs_of(variable))

@@ -23,6 +23,7 @@ from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import Candidate
+from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.runs import STAYS, Measured, ShapedRuns
 
@@ -69,7 +70,7 @@ class Verification:
 
 
 def verify(
-    source: System | Fmu | Path | str,
+    source: Plant | System | Fmu | Path | str,
     input: str,
     outputs: Sequence[str],
     candidate: Candidate,
@@ -83,7 +84,7 @@ def verify(
     """Simulate a command, shaped and unshaped, over a range of parameters, and search the worst case.
 
     Args:
-        source: an FMU, or a system whose `input` is free; in a system, names are "instance.variable".
+        source: a `Plant`, an FMU, or a system whose `input` is free; in a system, names are "instance.variable".
         outputs: real outputs that settle.
         candidate: whose shaper stands before the input.
         boxes: the modes, for step sizes and durations.
@@ -99,7 +100,8 @@ def verify(
     """
     if candidate.profile is not None:
         raise ArgumentError(f"{candidate.name}: a move's profile is no shaper; simulate a MotionProfile instead")
-    runs = ShapedRuns(source, input, outputs, candidate, boxes, start_values, tolerance, command or Command())
+    plant = Plant.of(source, input, outputs, start_values)
+    runs = ShapedRuns(plant, outputs, candidate, boxes, tolerance, command or Command())
     nominals = runs.nominals(spread)
     first = runs.measured({})
     runs.check_settling(first.before)

@@ -1,7 +1,8 @@
-"""A plant for experiments: an FMU, or a system of FMUs, with one input to excite and outputs to record."""
+"""A plant: an FMU, or a system of FMUs, with one input and outputs; for experiments, and to be put behind a shaper."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from shaper_fmu.errors import ModelError, nearest
+from shaper_fmu.export.build import fmu_path
 from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
@@ -17,6 +19,8 @@ from shaper_fmu.master.variables import TRANSFERABLE, kind_of, own_start
 
 ALONE = "plant"
 """Name of the instance of an FMU that is given alone."""
+SHAPER = "input_shaper"
+"""Name of the shaper's instance."""
 _DEFAULT_DURATION = 10.0
 SOLVER_TOLERANCE = 1e-9
 """Asked of FMUs with solvers of their own: the default of many, 1e-4, is a noise in which modes cannot be identified."""
@@ -45,37 +49,63 @@ class Plant:
         if isinstance(source, System) and start_values:
             raise ModelError(["start values of a system are set in the system itself, by System.set"])
         self.alone: bool = not isinstance(source, System)
-        self.input: str = self._full(input)
+        self.named: bool = bool(outputs)
+        """Whether its outputs were named."""
+        self.input: str = self.full(input)
         port = self._system.split(self.input)
         variable = self._system.fmus[port[0]].variable(port[1], "input")
         if kind_of(variable) != "real":
             raise ModelError([f"{self.input} is of type {variable.type}; only a real input can be excited"])
         if port in self._system.connections or port in self._system.signals:
             raise ModelError([f"{self.input} is fed already; the experiment needs an input that is free"])
-        found = self._system.ports([self._full(name) for name in outputs] if outputs else None)
+        found = self._system.ports([self.full(name) for name in outputs] if outputs else None)
         self.outputs: list[str] = [".".join(p) for p in found if kind_of(self._system.fmus[p[0]].variables[p[1]]) == "real"]
         if not self.outputs:
             raise ModelError([f"{self._system.name} has no real outputs to look at"])
         self._bounds = [_number(variable.min), _number(variable.max), _number(variable.nominal), _number(variable.start)]
 
-    def _full(self, name: str) -> str:
+    @classmethod
+    def of(
+        cls,
+        source: Plant | System | Fmu | Path | str,
+        input: str,
+        outputs: Sequence[str] | None,
+        start_values: Mapping[str, Any] | None,
+    ) -> Plant:
+        """The source, if it is a plant already, or the plant that it makes with the rest."""
+        return source if isinstance(source, Plant) else cls(source, input, outputs, start_values)
+
+    @property
+    def name(self) -> str:
+        """Name of the FMU or of the system."""
+        return self._system.name
+
+    def full(self, name: str) -> str:
         """The name with the instance before it, which may be left out of a plant that is one FMU."""
         if self.alone and name.partition(".")[0] != ALONE:
             return f"{ALONE}.{name}"
         return name
 
+    def short(self, name: str) -> str:
+        """A short name: without the instance if there is only one FMU."""
+        return name.removeprefix(f"{ALONE}.") if self.alone else name
+
+    def unit(self, name: str) -> str:
+        """Unit of a variable, "" if it has none."""
+        return self._system.unit(self.port(name))
+
     def _given(self, point: Mapping[str, Any]) -> dict[str, Any]:
-        return {self._full(name): value for name, value in point.items()}
+        return {self.full(name): value for name, value in point.items()}
 
     @property
     def units(self) -> list[str]:
         """Units of the outputs, "" without one."""
-        return [self._system.unit(self._system.split(name)) for name in self.outputs]
+        return [self.unit(name) for name in self.outputs]
 
     @property
     def input_unit(self) -> str:
         """Unit of the input, "" if it has none."""
-        return self._system.unit(self._system.split(self.input))
+        return self.unit(self.input)
 
     @property
     def coupled(self) -> bool:
@@ -96,7 +126,7 @@ class Plant:
 
     def port(self, name: str) -> tuple[str, str]:
         """Instance and variable of a name."""
-        return self._system.split(self._full(name))
+        return self._system.split(self.full(name))
 
     def start_values(self, instance: str, point: Mapping[str, Any]) -> dict[str, Any]:
         """All that an instance is given at an operating point, by scalar name, without the excited input."""
@@ -163,19 +193,57 @@ class Plant:
         unknown = [name for name in given if name.partition(".")[0] not in self._system.fmus]
         if unknown:
             raise ModelError([f"{name!r}: there is no such instance.{nearest(name, known)}" for name in unknown])
-        return simulation.run(
-            stop_time, step, start_values=given, **stepping(self._system)
-        )  # fmt: skip
+        return simulation.run(stop_time, step, start_values=given, **self.stepping)
 
+    @property
+    def stepping(self) -> dict[str, Any]:
+        """Options of `Simulation.run`: coupled FMUs in the order of feedthrough, with linear inputs; exact solvers."""
+        return {
+            "solver_tolerance": SOLVER_TOLERANCE,
+            "algorithm": "gauss_seidel" if self.coupled else "jacobi",
+            "interpolation": "linear" if self.coupled else "hold",
+        }
 
-def stepping(system: System) -> dict[str, Any]:
-    """Options of `Simulation.run` for experiments: coupled FMUs in the order of feedthrough, with linear inputs; exact solvers."""
-    coupled = bool(system.connections)
-    return {
-        "solver_tolerance": SOLVER_TOLERANCE,
-        "algorithm": "gauss_seidel" if coupled else "jacobi",
-        "interpolation": "linear" if coupled else "hold",
-    }
+    def follows(self, output: str) -> bool:
+        """Whether an output may jump with an input of its FMU."""
+        instance, variable = self.port(output)
+        return bool(self._system.fmus[instance].inputs_of(variable))
+
+    def nominal_values(self, spread: Mapping[str, float]) -> dict[str, float]:
+        """Nominal values of parameters that vary by these shares; raises ModelError for what cannot be varied."""
+        found, problems = {}, []
+        for name, share in spread.items():
+            instance, variable = self.port(name)
+            declared = self._system.fmus[instance].variable(variable, "parameter")
+            given: Any = self._system.start_values[instance].get(variable, declared.start)
+            try:
+                found[name] = float(given)
+            except (TypeError, ValueError):
+                problems.append(f"{name} has no start value that is a number; give it one")
+            if not 0.0 <= share < math.inf or (found.get(name) == 0.0):
+                problems.append(f"{name} = {given} cannot vary by +-{share:g} of it")
+        if problems:
+            raise ModelError(problems)
+        return found
+
+    def check_shaper(self) -> None:
+        """Raise ModelError if the system has an instance of the shaper's name."""
+        if SHAPER in self._system.fmus:
+            raise ModelError([f"the system already has an instance {SHAPER}; give it another name"])
+
+    def behind(self, shaper: Mapping[str, Any], rest: float, fmu: Path | str | None = None, output: str = "shaped") -> System:
+        """A new system with the plant behind an InputShaper of these start values, whose command is free and was `rest` before.
+
+        `fmu` is the InputShaper's, by default the one that comes with the package; `output` leads to the plant. Raises as
+        `check_shaper`.
+        """
+        self.check_shaper()
+        system = copied(self._system)
+        instance, variable = system.split(self.input)
+        system.start_values[instance].pop(variable, None)
+        system.add(SHAPER, fmu or fmu_path("InputShaper"), shaper, initial_command=rest)
+        system.connect(f"{SHAPER}.{output}", self.input)
+        return system
 
 
 def alone_system(source: Fmu | Path | str, start_values: Mapping[str, Any]) -> System:
