@@ -15,8 +15,8 @@ from shaper_fmu.analysis.identification import IdentificationError, free_respons
 from shaper_fmu.errors import ModelError
 from shaper_fmu.tune.identify.excitation import Excitation
 from shaper_fmu.tune.identify.experiment import PlantIdentification, experiment
-from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.identify.range import identify_plant, match_modes, operating_points
+from shaper_fmu.tune.plant import Plant
 
 DRAWS = 20
 WELL_SEEN = 0.1

@@ -9,8 +9,8 @@ from linear_fmus import faulty, linear_fmu
 from shaper_fmu import System
 from shaper_fmu.errors import SimulationError
 from shaper_fmu.tune.identify.experiment import PlantIdentification, experiment
-from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.identify.response import Experiment
+from shaper_fmu.tune.plant import Plant
 
 
 def loop(fmus) -> System:
