@@ -43,7 +43,7 @@ def build(
     fmi: Annotated[_Fmi, typer.Option(help="Version of FMI.")] = _Fmi.two,
     platforms: Annotated[
         list[str] | None,
-        typer.Option("--platform", help="Platform such as x86_64-windows, or `this`; may be repeated. Default: all five."),
+        typer.Option("--platform", help="Platform such as x86_64-windows, or `this`; may be repeated. Default: five of 64 bits."),
     ] = None,
     starts: Annotated[
         list[str] | None,
@@ -62,7 +62,7 @@ def build(
     Compiled code is kept in a cache, so that the next build takes seconds.
     """
     from shaper_fmu.export.build import build_fmu
-    from shaper_fmu.export.native.toolchain import PLATFORMS
+    from shaper_fmu.export.native.toolchain import USUAL_PLATFORMS
     from shaper_fmu.ssp.archive import archive_of, pack_ssp
 
     folders = [name for name in names or [] if os.path.isdir(name)]
@@ -79,7 +79,7 @@ def build(
         chosen = platforms or []
         return build_fmu(component, output, backend=backend.value, fmi=int(fmi), platforms=chosen, progress=say)
 
-    parts = 1 if backend is _Backend.python else 2 + len(platforms or PLATFORMS)
+    parts = 1 if backend is _Backend.python else 2 + len(platforms or USUAL_PLATFORMS)
     for path in _built(components, make, parts):
         wrote(path, verb="built")
     for folder, archive in archives.items():

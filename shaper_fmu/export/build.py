@@ -22,7 +22,7 @@ from shaper_fmu.export import pythonfmu_backend
 from shaper_fmu.export.cache import cached, digest
 from shaper_fmu.export.closure import packed_sources
 from shaper_fmu.export.native.backend import build_native_fmu
-from shaper_fmu.export.native.toolchain import PLATFORMS, has_toolchain, platform_named, toolchain_version
+from shaper_fmu.export.native.toolchain import USUAL_PLATFORMS, has_toolchain, platform_named, toolchain_version
 from shaper_fmu.registry import components, find_component
 
 SHIPPED = Path(__file__).parent.parent / "shipped"
@@ -52,12 +52,12 @@ def build_fmu(
         folder: where to; made if it is missing.
         backend: "native" (machine code, no Python inside) or "python" (its source, run by the host's Python).
         fmi: 2 or 3; the python backend knows FMI 2.0 only.
-        platforms: names such as "x86_64-linux", or "this" for the one that runs; default: all.
+        platforms: names such as "i686-linux", or "this" for the one that runs; default: the five of 64 bits.
         progress: called with what is being done.
 
     Raises BuildError when the component cannot be built; then no file is written or changed.
     """
-    chosen = [platform_named(name).name for name in platforms] or list(PLATFORMS)
+    chosen = [platform_named(name).name for name in platforms] or list(USUAL_PLATFORMS)
     if fmi not in (2, 3):
         raise BuildError(f"FMI {fmi} is not known; use 2 or 3")
     if Backend(backend) is Backend.python:
@@ -84,7 +84,7 @@ def fmu_path(
     shipped = shipped_fmu(found, fmi) if Backend(backend) is Backend.native else None
     if shipped is not None:
         return shipped
-    names = [platform_named(name).name for name in platforms] or list(PLATFORMS)
+    names = [platform_named(name).name for name in platforms] or list(USUAL_PLATFORMS)
     tools = toolchain_version() if Backend(backend) is Backend.native else version("pythonfmu")
     date = os.environ.get("SOURCE_DATE_EPOCH", "")
     key = digest(sources_digest(found), tools, *_other_tools(), str(Backend(backend)), str(fmi), date, *names)

@@ -52,8 +52,8 @@ def native_fmu(name: str, fmi: int) -> Path:
 
 @lru_cache
 def complete_fmu(name: str, fmi: int) -> Path:
-    """The component's FMU of this FMI version for all platforms."""
-    return backend.build_native_fmu(components()[name], Path(_scratch.name) / f"complete{fmi}", fmi)
+    """The component's FMU of this FMI version for all platforms, those of 32 bits, too."""
+    return backend.build_native_fmu(components()[name], Path(_scratch.name) / f"complete{fmi}", fmi, tuple(PLATFORMS))
 
 
 def with_library(fmu: Path, library: Path, target: Path) -> Path:
@@ -140,7 +140,9 @@ def binary_of(fmu: Path, platform: str = "x86_64-linux") -> Path:
     folder = Path(_scratch.name) / "libraries" / fmu.parent.name / platform
     with zipfile.ZipFile(fmu) as archive:
         names = [
-            n for n in archive.namelist() if n.split("/")[1:2] in ([platform], [known.fmi2_folder]) and n.endswith(known.suffix)
+            n
+            for n in archive.namelist()
+            if n.split("/")[1:2] in ([known.fmi3_folder], [known.fmi2_folder]) and n.endswith(known.suffix)
         ]
         assert len(names) == 1, names
         folder.mkdir(parents=True, exist_ok=True)

@@ -18,7 +18,14 @@ from shaper_fmu.export.fmi2_description import fmi2_native_description
 from shaper_fmu.export.fmi3_description import fmi3_native_description
 from shaper_fmu.export.native.kernels import kernel_files
 from shaper_fmu.export.native.table import component_table
-from shaper_fmu.export.native.toolchain import PLATFORMS, Platform, build_library, platform_named, toolchain_version
+from shaper_fmu.export.native.toolchain import (
+    PLATFORMS,
+    USUAL_PLATFORMS,
+    Platform,
+    build_library,
+    platform_named,
+    toolchain_version,
+)
 from shaper_fmu.export.packing import check_component, content_guid, licences
 from shaper_fmu.export.terminals_and_icons import icon_and_terminals
 
@@ -35,13 +42,13 @@ def build_native_fmu(
     platforms: Sequence[str] = (),
     progress: Callable[[str], None] = lambda what: None,
 ) -> Path:
-    """Write `folder`/<component>.fmu for this version of FMI and these platforms (default: all), and return its path.
+    """Write `folder`/<component>.fmu for this version of FMI and these platforms (default: the usual five), and return its path.
 
     Equal sources and tools give equal bytes. `progress` is told what is being done. Raises BuildError, and then no file
     is written or changed.
     """
     name = component.__name__
-    chosen = [platform_named(platform) for platform in platforms or PLATFORMS]
+    chosen = [platform_named(platform) for platform in platforms or USUAL_PLATFORMS]
     check_component(component)
     progress(f"{name}: kernels")
     kernels = kernel_files(component)
@@ -95,7 +102,7 @@ def _binaries(name: str, fmi: int, libraries: dict[str, bytes]) -> dict[str, byt
     found = {}
     for platform_name, content in libraries.items():
         platform = PLATFORMS[platform_name]
-        folder = platform.fmi2_folder if fmi == 2 else platform.name
+        folder = platform.fmi2_folder if fmi == 2 else platform.fmi3_folder
         found[f"binaries/{folder}/{name}{platform.suffix}"] = content
     if fmi == 2 and {"x86_64-darwin", "aarch64-darwin"} <= libraries.keys():  # importers on both look into darwin64
         found[f"binaries/darwin64/{name}.dylib"] = universal_library(libraries["x86_64-darwin"], libraries["aarch64-darwin"])

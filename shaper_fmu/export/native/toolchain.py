@@ -18,28 +18,38 @@ class Platform:
     """A platform that FMUs are built for.
 
     Attributes:
-        name: FMI 3.0's platform tuple; it is what `--platform` takes.
+        name: what `--platform` takes.
         target: ziglang's name, with the oldest system that the library runs on.
         suffix: of a library's file name.
         fmi2_folder: FMI 2.0's name of the folder under binaries/ (2.0.5: other platforms use the tuple).
+        fmi3_folder: FMI 3.0's, its platform tuple.
+        usual: whether it is built for when nothing else is asked for.
     """
 
     name: str
     target: str
     suffix: str
     fmi2_folder: str
+    fmi3_folder: str
+    usual: bool = True
 
 
 PLATFORMS = {
     known.name: known
     for known in (
-        Platform("x86_64-linux", "x86_64-linux-gnu.2.17", ".so", "linux64"),
-        Platform("aarch64-linux", "aarch64-linux-gnu.2.17", ".so", "aarch64-linux"),
-        Platform("x86_64-windows", "x86_64-windows-gnu", ".dll", "win64"),
-        Platform("x86_64-darwin", "x86_64-macos.11.0", ".dylib", "darwin64"),
-        Platform("aarch64-darwin", "aarch64-macos.11.0", ".dylib", "aarch64-darwin"),
+        Platform("x86_64-linux", "x86_64-linux-gnu.2.17", ".so", "linux64", "x86_64-linux"),
+        Platform("aarch64-linux", "aarch64-linux-gnu.2.17", ".so", "aarch64-linux", "aarch64-linux"),
+        Platform("x86_64-windows", "x86_64-windows-gnu", ".dll", "win64", "x86_64-windows"),
+        Platform("x86_64-darwin", "x86_64-macos.11.0", ".dylib", "darwin64", "x86_64-darwin"),
+        Platform("aarch64-darwin", "aarch64-macos.11.0", ".dylib", "aarch64-darwin", "aarch64-darwin"),
+        # arithmetic of SSE2, which all of them have since 2001: that of the older x87 unit rounds otherwise
+        Platform("i686-linux", "x86-linux-gnu.2.17", ".so", "linux32", "x86-linux", usual=False),
+        Platform("i686-windows", "x86-windows-gnu", ".dll", "win32", "x86-windows", usual=False),
     )
 }
+
+USUAL_PLATFORMS = tuple(known.name for known in PLATFORMS.values() if known.usual)
+"""The platforms that FMUs are built for when nothing else is asked for."""
 
 # No contraction: a product and a sum are rounded each, as in Python. No sanitizer traps, which zig adds by default.
 _FLAGS = [
@@ -59,7 +69,8 @@ _LINK = ["-shared", "-s"]
 def platform_named(name: str) -> Platform:
     """The platform of this name; "this" is the one that runs. Raises BuildError for an unknown name."""
     if name == "this":
-        machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
+        machine = platform.machine().lower()
+        machine = {"amd64": "x86_64", "arm64": "aarch64", "i386": "i686", "x86": "i686"}.get(machine, machine)
         name = f"{machine}-{platform.system().lower()}"
     if name not in PLATFORMS:
         raise BuildError(f"there is no platform {name!r}.{nearest(name, PLATFORMS)}")
