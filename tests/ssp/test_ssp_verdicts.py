@@ -134,7 +134,7 @@ def test_notes_tell_what_is_borne(parts, tmp_path):
     value, rest = loaded.notes
     assert value.endswith("parameter mas: plant has nothing called 'mas', so the value has no effect. Did you mean 'mass'?")
     assert rest.startswith(
-        "x.ssp deviates from the standard, but can be run ('shaper-fmu check' lists all findings): SystemStructure.ssd, line"
+        "x.ssp deviates from the standard, but can be run ('shaper-fmu check' lists all): SystemStructure.ssd, line"
     )
     assert "train has no connector 'pulse'" in rest
     assert "plant has no connector 'force'" in rest
