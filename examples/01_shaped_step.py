@@ -6,8 +6,7 @@ Leaves results/01_shaped_step.png. Run it from anywhere: python examples/01_shap
 from pathlib import Path
 
 from shaper_fmu import System, build_fmu, find_component
-from shaper_fmu.page.figures import Figure, Line
-from shaper_fmu.page.pictures import write_picture
+from shaper_fmu.page import Figure, Line, write_picture
 
 for name in ("InputShaper", "MassSpringDamper"):
     build_fmu(find_component(name), "fmus", platforms=["this"])

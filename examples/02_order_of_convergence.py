@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from shaper_fmu import System, build_fmu, find_component
-from shaper_fmu.page.figures import Figure, Line
-from shaper_fmu.page.pictures import write_picture
+from shaper_fmu.page import Figure, Line, write_picture
 
 W, ZETA = 22.9476, 0.0891  # rad/s, -: the paper's plant
 WD = W * math.sqrt(1.0 - ZETA**2)

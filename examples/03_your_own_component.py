@@ -6,10 +6,8 @@ Leaves results/03_your_own_component.png.
 from pathlib import Path
 from typing import Any
 
-from shaper_fmu import System, build_fmu
-from shaper_fmu.page.figures import Figure, Line
-from shaper_fmu.page.pictures import write_picture
-from shaper_fmu.registry import load_components
+from shaper_fmu import System, build_fmu, load_components
+from shaper_fmu.page import Figure, Line, write_picture
 
 tank: Any = load_components(Path(__file__).with_name("my_plant.py"))[0]
 fmu = build_fmu(tank, "fmus", platforms=["this"])

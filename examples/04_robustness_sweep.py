@@ -7,7 +7,10 @@ Leaves results/04_robustness_sweep.png.
 import numpy as np
 from matplotlib.figure import Figure
 
-from shaper_fmu import Refine, Residual, Store, System, Vary, build_fmu, find_component, insensitivity, shaper, sweep_system
+from shaper_fmu import System, build_fmu, find_component, shaper, sweep_system
+from shaper_fmu.analysis import insensitivity
+from shaper_fmu.metrics import Residual
+from shaper_fmu.sweep import Refine, Store, Vary
 
 NATURAL_FREQUENCY, TOLERANCE = 10.0, 0.05  # rad/s, share of the unshaped vibration
 STIFFNESS = NATURAL_FREQUENCY**2  # N/m, of a mass of 1 kg

@@ -6,9 +6,10 @@ numbers. Run it from anywhere: python examples/05_tune_a_plant.py
 
 from pathlib import Path
 
-from shaper_fmu import build_fmu, find_component, requirements_for, tune_plant, write_tuning
-from shaper_fmu.page.figures import Figure, Line
-from shaper_fmu.page.pictures import write_picture
+from shaper_fmu import build_fmu, find_component, tune_plant
+from shaper_fmu.page import Figure, Line, write_picture
+from shaper_fmu.report import write_tuning
+from shaper_fmu.tune import requirements_for
 
 plant = build_fmu(find_component("OverheadCrane"), "fmus", platforms=["this"])
 spread = {"initial_rope_length": 0.1}  # the rope is known to 10 %

@@ -1,56 +1,67 @@
-"""The modules that define the public names: `import shaper_fmu` loads a module when one of its names is first used."""
+"""Public names: the stub file of a package, `__init__.pyi`, lists them, each with the module that defines it.
+
+Type checkers read the stub; at run time a module is imported when one of its names is first used, so that `import shaper_fmu` is
+quick. This is what SPEC 1 of Scientific Python calls lazy loading, with the names written once.
+"""
 
 from __future__ import annotations
 
-_HOMES = {
-    "design.modal_response": ["ModalResponse", "modal_response", "step_response"],
-    "design.mode_file": ["read_modes"],
-    "analysis.vibration": ["damping_curve", "insensitivity", "relative_residual", "sensitivity_curve", "tolerated_band"],
-    "component": ["NO_EVENT", "Calculated", "Component", "Input", "Local", "Output", "Parameter", "State", "time_tolerance"],
-    "errors": ["ArgumentError", "ShaperFmuError"],
-    "export.build": ["build_fmu", "fmu_path"],
-    "master.batch": ["Batch", "Plan"],
-    "metrics.effort": ["Effort"],
-    "metrics.envelope": ["Envelope"],
-    "metrics.final": ["Final"],
-    "metrics.overshoot": ["Overshoot"],
-    "metrics.peak": ["Peak"],
-    "metrics.residual": ["Residual"],
-    "metrics.settling_time": ["SettlingTime"],
-    "master.results": ["Results"],
-    "master.simulation": ["Simulation"],
-    "ssp.system": ["System"],
-    "design.profiles": ["Profile", "profile"],
-    "design.pulses": ["carrier_pulses", "minimax_pulses", "polished_pulses", "unity_magnitude_pulses", "zv_carrier_pulses"],
-    "design.pulse_sequence": ["PulseSequence"],
-    "registry": ["components", "find_component"],
-    "design.shapers": ["shaper"],
-    "design.floor": ["distance_to_floor", "shortest_duration"],
-    "design.mode_selection": ["ModeSet", "Selection", "mode_sets", "select_modes"],
-    "design.impulse_sequence": ["ImpulseSequence"],
-    "design.specified_insensitivity": ["Band", "specified_insensitivity"],
-    "design.two_mode": ["direct_two_mode"],
-    "sweep.engine": ["run_study"],
-    "sweep.store": ["Store"],
-    "sweep.in_python": ["sweep_system"],
-    "sweep.plan": ["Sampling"],
-    "sweep.study": ["Refine", "Study", "read_study"],
-    "sweep.variation": ["Vary"],
-    "tune.choice.boxes": ["ModeBox", "mode_boxes"],
-    "tune.choice.choice": ["choose"],
-    "tune.choice.result": ["Choice"],
-    "tune.identify.experiment": ["PlantIdentification", "experiment"],
-    "tune.identify.range": ["PlantModes", "identify_plant", "operating_points"],
-    "tune.identify.measured": ["MeasuredIdentification", "identify_measured"],
-    "report.tune.outputs": ["write_tuning"],
-    "tune.tuning": ["Tuning", "requirements_for"],
-    "tune.tuning_measured": ["tune_measured"],
-    "tune.tuning_plant": ["tune_plant"],
-    "tune.verification.verify": ["Verification", "verify"],
-    "tune.choice.requirements": ["Move", "Requirements"],
-}
-HOME = {name: f"shaper_fmu.{module}" for module, names in _HOMES.items() for name in names}
-"""Public name -> the module that defines it."""
+import ast
+import functools
+import importlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
-RENAMED = {"Wish": "Requirements", "wish_for": "requirements_for"}
-"""Old public name -> the new one. The old ones are importable, too, and warn."""
+from shaper_fmu.renamed import warn_renamed
+
+RENAMED = {"shaper_fmu": {"Wish": "Requirements", "wish_for": "requirements_for"}}
+"""Package -> old public name -> the new one. The old ones are importable, too, and warn."""
+
+_ROOT = Path(__file__).parent
+
+
+@functools.cache
+def homes(package: str) -> dict[str, str]:
+    """Name -> the module that defines it, for the names that can be imported from a package; empty if it has no stub file."""
+    stub = _stub(package)
+    if package.split(".")[0] != "shaper_fmu" or not stub.is_file():
+        return {}
+    imports = [node for node in ast.parse(stub.read_text(encoding="utf-8")).body if isinstance(node, ast.ImportFrom)]
+    found: dict[str, str] = {}
+    for node in imports:
+        module = str(node.module)
+        found |= homes(module) if node.names[0].name == "*" else {alias.name: module for alias in node.names}
+    return found
+
+
+def packages() -> list[str]:
+    """The packages that have a stub file: the top, then its sub-packages."""
+    return ["shaper_fmu", *sorted(f"shaper_fmu.{stub.parent.name}" for stub in _ROOT.glob("*/__init__.pyi"))]
+
+
+def public(package: str) -> list[str]:
+    """The names that a package's `__all__` has: what its stub file says, else all of them."""
+    for node in ast.parse(_stub(package).read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+            return ast.literal_eval(node.value)
+    return sorted(homes(package))
+
+
+def lazily(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """A package's `__getattr__`, `__dir__` and `__all__`."""
+    known, names, renamed = homes(package), public(package), RENAMED.get(package, {})
+
+    def get(name: str) -> Any:
+        if name in renamed:
+            warn_renamed(f"{package}.{name}", renamed[name])
+            name = renamed[name]
+        if name not in known:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        return getattr(importlib.import_module(known[name]), name)
+
+    return get, lambda: names, names
+
+
+def _stub(package: str) -> Path:
+    return _ROOT.joinpath(*package.split(".")[1:], "__init__.pyi")

@@ -208,7 +208,7 @@ def _blocks(wanted: _Wanted) -> list[Block]:
 
 def _proven(wanted: _Wanted, command: ImpulseSequence | PulseSequence) -> list[Block]:
     """The bound of V over the wanted frequencies and damping ratios, if any are wanted."""
-    from shaper_fmu.design.guarantee import guarantee
+    from shaper_fmu.design.guarantees import guarantee
 
     if wanted.low is None or wanted.high is None:
         if wanted.damping is not None:
@@ -226,7 +226,7 @@ def _proven(wanted: _Wanted, command: ImpulseSequence | PulseSequence) -> list[B
 
 
 def _sequence(wanted: _Wanted) -> ImpulseSequence:
-    from shaper_fmu.design.specified_insensitivity import specified_insensitivity
+    from shaper_fmu.design.specified_bands import specified_insensitivity
     from shaper_fmu.design.two_mode import direct_two_mode
 
     ratios = wanted.ratios

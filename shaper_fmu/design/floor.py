@@ -14,7 +14,7 @@ from functools import lru_cache
 from shaper_fmu.analysis.vibration import tolerated_band
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.lp.layout import Band
-from shaper_fmu.design.specified_insensitivity import FARTHEST, TOLERANCES, WIDEST, check_bands, design
+from shaper_fmu.design.specified_bands import FARTHEST, TOLERANCES, WIDEST, check_bands, design
 from shaper_fmu.errors import ArgumentError
 
 _ROUNDING = 1e-9

@@ -1,15 +1,19 @@
-"""Writes the tables of methods and metrics in docs/, between marked lines.
+"""Writes the tables of methods, metrics and public names in docs/, between marked lines.
 
 `python -m shaper_fmu.design.method_tables FILE.md ...` writes them.
 """
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import math
 import re
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from types import UnionType
+from typing import get_args
 
 from shaper_fmu.design.shapers import shaper
 from shaper_fmu.kinds.profiles import PROFILES
@@ -17,6 +21,7 @@ from shaper_fmu.kinds.pulses import PULSES
 from shaper_fmu.kinds.shapers import SHAPERS
 from shaper_fmu.methods.record import FIRST_FOREIGN, Method
 from shaper_fmu.metrics.known import METRICS
+from shaper_fmu.public_names import packages, public
 
 
 def _rows(head: list[str], methods: Iterable[Method], more: Callable[[Method], list[str]]) -> str:
@@ -41,11 +46,34 @@ def _metrics() -> str:
     return "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows])
 
 
+def _public_names() -> str:
+    return "\n\n".join(_names_of(package) for package in packages())
+
+
+def _names_of(package: str) -> str:
+    """A section with the names of a package, and what each is in a sentence."""
+    module = importlib.import_module(package)
+    rows = [f"| `{name}` | {_sentence(getattr(module, name))} |" for name in public(package)]
+    intro = _sentence(module)
+    return "\n".join([f"## {package}", "", intro, "", "| name | what it is |", "| --- | --- |", *rows])
+
+
+def _sentence(thing: object) -> str:
+    """The first sentence of a docstring; of a number its value, of a union its types."""
+    if isinstance(thing, float):
+        return f"{thing:g}"
+    if isinstance(thing, UnionType):
+        return " or ".join(f"`{one.__name__}`" for one in get_args(thing))
+    paragraph = (inspect.getdoc(thing) or "").split("\n\n")[0].replace("\n", " ").replace("|", "\\|")
+    return re.split(r"(?<=\.)\s", paragraph)[0].rstrip(".")
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "shapers": lambda: _rows(["name", "duration / T", "I(5 %)", "what it is"], SHAPERS.values(), _of_shaper),
     "profiles": lambda: _rows(["name", "what it is"], PROFILES.values(), lambda one: []),
     "pulse designs": lambda: _rows(["design", "what it is"], PULSES.values(), lambda one: []),
     "metrics": _metrics,
+    "public names": _public_names,
 }
 
 

@@ -27,7 +27,7 @@ from pathlib import Path
 
 import msgspec
 
-from shaper_fmu.design.modal_response import ModalResponse, modal_response
+from shaper_fmu.design.modal_responses import ModalResponse, modal_response
 from shaper_fmu.errors import ArgumentError, ComponentError
 
 

@@ -18,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 
 from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
-from shaper_fmu.design.modal_response import ModalResponse
+from shaper_fmu.design.modal_responses import ModalResponse
 from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ArgumentError
 

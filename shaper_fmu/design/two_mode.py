@@ -21,7 +21,7 @@ from scipy.optimize import linprog
 from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
 from shaper_fmu.design.lp.layout import GeneralLayout, Layout, layout_for, to_sequence
 from shaper_fmu.design.lp.polish import Constraints, polished
-from shaper_fmu.design.specified_insensitivity import FARTHEST, MOST_DAMPED
+from shaper_fmu.design.specified_bands import FARTHEST, MOST_DAMPED
 from shaper_fmu.errors import ArgumentError, NoSolutionError
 from shaper_fmu.shapers.zero_derivative import zero_derivative
 

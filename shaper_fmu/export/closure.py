@@ -16,7 +16,7 @@ from types import FunctionType
 
 from shaper_fmu.component import Component
 from shaper_fmu.errors import BuildError, nearest
-from shaper_fmu.public_names import HOME
+from shaper_fmu.public_names import homes
 
 _SLAVE_MODULE = "shaper_fmu.export._slave"
 
@@ -102,8 +102,8 @@ def _imported(module: str, source: str, packages: set[str]) -> list[str]:
         where = f"module {module}, line {node.lineno}"
         for target in [_target(module, node)] if isinstance(node, ast.ImportFrom) else [alias.name for alias in node.names]:
             top = target.split(".")[0]
-            if target == "shaper_fmu" and isinstance(node, ast.ImportFrom):
-                found += [home for home, _ in _public(node, where)]
+            if isinstance(node, ast.ImportFrom) and homes(target):
+                found += [home for home, _ in _public(target, node, where)]
             elif top in packages and isinstance(node, ast.ImportFrom):
                 if _source_file(target).name == "__init__.py":
                     raise BuildError(f"{where}: import from the module that defines the name, not from the package {target!r}")
@@ -117,26 +117,28 @@ def _imported(module: str, source: str, packages: set[str]) -> list[str]:
     return found
 
 
-def _public(node: ast.ImportFrom, where: str) -> list[tuple[str, ast.alias]]:
-    """The names of `from shaper_fmu import ...`, each with the module that defines it. Raises BuildError for one that is none."""
+def _public(package: str, node: ast.ImportFrom, where: str) -> list[tuple[str, ast.alias]]:
+    """The names that are imported from a package, each with the module that defines it. Raises BuildError for one that is none."""
+    known = homes(package)
     for alias in node.names:
-        if alias.name not in HOME:
-            raise BuildError(f"{where}: shaper_fmu has no public name {alias.name!r}.{nearest(alias.name, HOME)}")
-    return [(HOME[alias.name], alias) for alias in node.names]
+        if alias.name not in known:
+            raise BuildError(f"{where}: {package} has no public name {alias.name!r}.{nearest(alias.name, known)}")
+    return [(known[alias.name], alias) for alias in node.names]
 
 
 def _rerooted(module: str, source: str, packages: set[str], root: str) -> str:
     """The source with imports of packed packages pointing under the private root; all lines keep their numbers.
 
-    `from shaper_fmu import ...` becomes imports from the modules that define the names.
+    Imports from `shaper_fmu` and its public sub-packages become imports from the modules that define the names.
     """
     lines = source.encode().splitlines(keepends=True)
     for node in sorted(_import_statements(source), key=lambda n: (n.lineno, n.col_offset), reverse=True):
-        if not isinstance(node, ast.ImportFrom) or node.level or _target(module, node).split(".")[0] not in packages:
+        target = str(node.module) if isinstance(node, ast.ImportFrom) else ""
+        if not isinstance(node, ast.ImportFrom) or node.level or target.split(".")[0] not in packages:
             continue
-        names = _public(node, module) if node.module == "shaper_fmu" else [(str(node.module), alias) for alias in node.names]
-        homes = {home: [ast.unparse(alias) for where, alias in names if where == home] for home, _ in names}
-        imports = [f"from {root}.{home} import {', '.join(aliases)}" for home, aliases in homes.items()]
+        names = _public(target, node, module) if homes(target) else [(target, alias) for alias in node.names]
+        origins = {home: [ast.unparse(alias) for where, alias in names if where == home] for home, _ in names}
+        imports = [f"from {root}.{home} import {', '.join(aliases)}" for home, aliases in origins.items()]
         first, last = node.lineno - 1, (node.end_lineno or node.lineno) - 1
         head, rest = lines[first][: node.col_offset], lines[last][node.end_col_offset :]
         lines[first : last + 1] = [head + "; ".join(imports).encode() + rest, *[b"\n"] * (last - first)]

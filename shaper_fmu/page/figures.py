@@ -18,9 +18,12 @@ SYMBOLS = ("circle", "square", "diamond", "triangle-up", "cross")
 
 @dataclass(frozen=True)
 class Line:
-    """A named curve; arrays of shape (n,). `markers` shows the points; without `joined` they are all that is shown.
+    """A named curve.
 
-    Lines of one `style` look the same in every figure; without it, lines are styled in their order.
+    Attributes:
+        x, y: arrays of shape (n,), in the units that the figure's labels tell.
+        markers: whether the points are shown; without `joined` they are all that is shown.
+        style: lines of one style look the same in every figure; None to style them in their order.
     """
 
     name: str
@@ -37,6 +40,8 @@ class Figure:
 
     Attributes:
         key: short name, for the picture's file name.
+        title, x_label, y_label: texts; labels tell the units, such as "position [m]".
+        lines: the curves.
         levels: horizontal lines: (value, label).
         marks: vertical lines: (value, label).
         log_x: whether the horizontal axis is logarithmic.
@@ -69,6 +74,8 @@ class Map:
 
     Attributes:
         key: short name, for the picture's file name.
+        title, x_label, y_label: texts; labels tell the units, such as "position [m]".
+        lines: the curves.
         x, y: the axes' values, rising, shapes (n,) and (m,).
         panels: (name, values of shape (m, n)) in rows from left to right; a name may be "".
         levels: contour lines: (value, label), the first one drawn stronger.

@@ -24,7 +24,10 @@ _STYLES = {"solid": "-", "dash": "--", "dashdot": "-.", "dot": ":"}
 
 
 def write_picture(figure: Figure, *paths: Path) -> Path:
-    """Draw the figure into files, PNG or SVG by the paths' ends; returns the first path."""
+    """Draw the figure into files, PNG or SVG by the paths' ends; returns the first path. Folders that are missing are made.
+
+    Needs matplotlib. Raises OSError where a file cannot be written.
+    """
     return write_pictures([figure], *paths)
 
 

@@ -2,3 +2,7 @@
 
 The command is 0 before the first switch, 1 after it, 0 after the second, and so on; it is 1 after the last.
 """
+
+from shaper_fmu.public_names import lazily
+
+__getattr__, __dir__, __all__ = lazily(__name__)

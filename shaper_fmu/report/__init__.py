@@ -1,1 +1,5 @@
 """Writes reports with tables and figures."""
+
+from shaper_fmu.public_names import lazily
+
+__getattr__, __dir__, __all__ = lazily(__name__)

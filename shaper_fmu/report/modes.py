@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
-from shaper_fmu.design.modal_response import ModalResponse
+from shaper_fmu.design.modal_responses import ModalResponse
 from shaper_fmu.design.mode_selection import ModeSet, Selection, mode_sets
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.page.blocks import Block, Table, Text

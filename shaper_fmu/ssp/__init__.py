@@ -1,1 +1,5 @@
 """System Structure and Parameterization (SSP): systems as archives."""
+
+from shaper_fmu.public_names import lazily
+
+__getattr__, __dir__, __all__ = lazily(__name__)

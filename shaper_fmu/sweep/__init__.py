@@ -1,1 +1,5 @@
 """Robustness sweeps: study, engines and store."""
+
+from shaper_fmu.public_names import lazily
+
+__getattr__, __dir__, __all__ = lazily(__name__)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from shaper_fmu.analysis.vibration import tolerated_band
-from shaper_fmu.design.guarantee import guarantee
+from shaper_fmu.design.guarantees import guarantee
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.profiles import profile
 from shaper_fmu.design.pulse_sequence import PulseSequence

@@ -13,7 +13,7 @@ from scipy.linalg import expm
 from three_mass_loop import closed_loop, response
 
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
-from shaper_fmu.design.modal_response import ModalResponse, modal_response, step_response
+from shaper_fmu.design.modal_responses import ModalResponse, modal_response, step_response
 from shaper_fmu.design.mode_selection import mode_sets, select_modes
 from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError

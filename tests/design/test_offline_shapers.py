@@ -13,7 +13,7 @@ from shaper_fmu.design.floor import distance_to_floor, shortest_duration
 from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
 from shaper_fmu.design.lp.exchange import shortest_on_grid
 from shaper_fmu.design.lp.layout import Band, GeneralLayout, SymmetricLayout
-from shaper_fmu.design.specified_insensitivity import specified_insensitivity
+from shaper_fmu.design.specified_bands import specified_insensitivity
 from shaper_fmu.design.two_mode import direct_two_mode
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.shapers.zero_derivative import zero_derivative

@@ -59,13 +59,17 @@ def test_lines_keep_their_numbers(tmp_path):
     written = SOURCE.splitlines()
     assert len(packed) == len(written)
     assert packed[5:] == written[5:]
-    assert packed[0].endswith(f"from {root}.shaper_fmu.component import Input, Output, Parameter")
+    assert packed[0].endswith(f"from {root}.shaper_fmu.variable import Input, Output, Parameter")
 
 
 @pytest.mark.parametrize(
     ("line", "words"),
     [
         ("from shaper_fmu import Compnent", "line 2: shaper_fmu has no public name 'Compnent'. Did you mean 'Component'?"),
+        (
+            "from shaper_fmu.shapers import ShapeMethod",
+            "line 2: shaper_fmu.shapers has no public name 'ShapeMethod'. Did you mean 'ShaperMethod'?",
+        ),
         ("import shaper_fmu", "line 2: write 'from shaper_fmu import ...'"),
     ],
 )

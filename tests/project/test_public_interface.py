@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 
 import shaper_fmu
-from shaper_fmu.public_names import HOME
 from shaper_fmu.registry import components
 from shaper_fmu.reproduce.claims import Claim
 from shaper_fmu.ssp.findings import Finding
@@ -89,14 +88,6 @@ def test_enumeration_values_never_change(component, variable, items):
     known = {name: int(number) for name, number in (item.split("=") for item in items.split())}
     assert {item.name: item.value for item in kind if item.name in known} == known
     assert not [item.name for item in kind if item.name not in known and item.value in known.values()]
-
-
-def test_every_public_python_name_is_importable():
-    assert sorted(shaper_fmu.__all__) == sorted(HOME)
-    for name in shaper_fmu.__all__:
-        assert getattr(shaper_fmu, name) is not None
-    with pytest.raises(AttributeError, match="no attribute 'Sytem'"):
-        _ = shaper_fmu.Sytem  # pyright: ignore
 
 
 OLD_NAMES = {"Wish": "Requirements", "wish_for": "requirements_for"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from shaper_fmu.design.modal_response import ModalResponse, step_response
+from shaper_fmu.design.modal_responses import ModalResponse, step_response
 
 MASS, STIFFNESS, DAMPING = (15.0, 8.0, 10.0), (400.0, 120.0), (20.0, 6.0)
 KP, KD = 300.0, 50.0

@@ -11,7 +11,7 @@ from hidden_plants import HIDDEN
 from linear_fmus import PARAMETERS, STATES, faulty, linear_fmu, matrices
 
 from shaper_fmu import System
-from shaper_fmu.design.modal_response import step_response
+from shaper_fmu.design.modal_responses import step_response
 from shaper_fmu.errors import ComponentError, ShaperFmuError, SimulationError
 from shaper_fmu.tune.identify.experiment import experiment
 from shaper_fmu.tune.identify.linear_comparison import compare

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shaper_fmu.design.modal_response import ModalResponse, step_response
+from shaper_fmu.design.modal_responses import ModalResponse, step_response
 from shaper_fmu.design.mode_selection import ModeSet, Selection, mode_sets, select_modes
 from shaper_fmu.progress import Update
 from shaper_fmu.reproduce.partial_modes.runs import (

@@ -9,7 +9,7 @@ import numpy as np
 
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.lp.layout import Band
-from shaper_fmu.design.specified_insensitivity import MOST_DAMPED, TOLERANCES, check_bands, design
+from shaper_fmu.design.specified_bands import MOST_DAMPED, TOLERANCES, check_bands, design
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.tune.choice.bounds import proven
 from shaper_fmu.tune.choice.boxes import UNDAMPED, ModeBox, shares

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from shaper_fmu.design.guarantee import Guarantee, guarantee
+from shaper_fmu.design.guarantees import Guarantee, guarantee
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.tune.choice.boxes import ModeBox

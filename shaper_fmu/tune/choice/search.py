@@ -1,7 +1,7 @@
 """Bounds of candidates over the modes' boxes, and dominated combinations that need none.
 
 For each candidate and each mode a bound of V over the mode's box of frequencies and damping ratios is proven
-(shaper_fmu/design/guarantee.py). What an output swings after the command is at most the sum of what its modes swing, so
+(shaper_fmu/design/guarantees.py). What an output swings after the command is at most the sum of what its modes swing, so
 
     worst case = max over outputs of sum_k share_k bound_k,     share_k = amplitude_k / sum of all amplitudes
 

@@ -19,7 +19,7 @@ from shaper_fmu.analysis.identification import (
     free_response,
     identify,
 )
-from shaper_fmu.design.modal_response import ModalResponse, modal_response
+from shaper_fmu.design.modal_responses import ModalResponse, modal_response
 from shaper_fmu.errors import ShaperFmuError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System

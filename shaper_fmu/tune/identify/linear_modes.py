@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eig, matrix_balance
 
 from shaper_fmu.analysis.decaying_sum import SHAPEABLE
-from shaper_fmu.design.modal_response import ModalResponse, step_response
+from shaper_fmu.design.modal_responses import ModalResponse, step_response
 from shaper_fmu.tune.identify.linear_interface import LinearizationError
 
 Origin = Literal["directional derivatives", "differences"]
