@@ -94,7 +94,7 @@ def _numbers(element: etree._Element, attributes: tuple[str, ...], of: Callable[
     for attribute in attributes:
         text = element.get(attribute)
         if text is not None and of(text) is None:
-            yield _forget(element, attribute, f"is not a {kind}; taken as not given")
+            yield _forget(element, attribute, f"is not {kind}; taken as not given")
 
 
 def _mend_root(root: etree._Element, version: int, where: str) -> Iterator[str]:
@@ -102,11 +102,11 @@ def _mend_root(root: etree._Element, version: int, where: str) -> Iterator[str]:
     if root.get(token) is None:
         root.set(token, "")
         yield f"there is no {token}; taken as empty"
-    yield from _numbers(root, ("numberOfEventIndicators",), whole, "integer")
+    yield from _numbers(root, ("numberOfEventIndicators",), whole, "an integer")
     if version == 1 and whole(root.get("numberOfContinuousStates")) is None:
         root.set("numberOfContinuousStates", "0")
     for experiment in root.findall("DefaultExperiment"):
-        yield from _numbers(experiment, ("startTime", "stopTime", "tolerance", "stepSize"), _number, "finite number")
+        yield from _numbers(experiment, ("startTime", "stopTime", "tolerance", "stepSize"), _number, "a finite number")
 
 
 def _mend_interfaces(root: etree._Element, version: int, where: str) -> Iterator[str]:
@@ -119,8 +119,8 @@ def _mend_interfaces(root: etree._Element, version: int, where: str) -> Iterator
         for attribute, text in interface.attrib.items():
             if str(text).strip() != text or (str(text).lower() in ("true", "false") and text not in ("true", "false")):
                 interface.set(attribute, str(text).strip().lower() if str(text).strip().lower() in ("true", "false") else str(text))
-        yield from _numbers(interface, ("maxOutputDerivativeOrder", "recommendedIntermediateInputSmoothness"), whole, "integer")
-        yield from _numbers(interface, ("fixedInternalStepSize",), _number, "finite number")
+        yield from _numbers(interface, ("maxOutputDerivativeOrder", "recommendedIntermediateInputSmoothness"), whole, "an integer")
+        yield from _numbers(interface, ("fixedInternalStepSize",), _number, "a finite number")
     for kind in ("ModelExchange", "CoSimulation"):
         if version > 1 and len(root.findall(kind)) > 1:
             yield f"there are {len(root.findall(kind))} elements {kind}; the last one counts"
@@ -157,7 +157,7 @@ def _mend_units(root: etree._Element, version: int, where: str) -> Iterator[str]
                 yield f"unit {name!r} (line {base.sourceline}): {cause} cannot be; its definition does not count"
                 unit.remove(base)
         for display in unit.findall("DisplayUnit"):
-            yield from _numbers(display, ("factor", "offset"), _number, "finite number")
+            yield from _numbers(display, ("factor", "offset"), _number, "a finite number")
 
 
 def _meaning(unit: etree._Element) -> list[dict[str, float | None]]:
@@ -228,7 +228,7 @@ def _mend_roles(variable: etree._Element, typed: etree._Element, what: str, vers
     elif version == 2 and variability is None and variable.get("initial") is None and ("continuous", causality) not in _LEGAL:
         variable.set("initial", _INITIAL.get(causality, "calculated"))
     of = whole if "Int" in str(typed.tag) or typed.tag == "Enumeration" else _bound
-    yield from (f"{what}: {problem}" for problem in _numbers(typed, ("min", "max"), of, "number of its type"))
+    yield from (f"{what}: {problem}" for problem in _numbers(typed, ("min", "max"), of, "a number of its type"))
 
 
 def _bound(text: str) -> float | None:
