@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from shaper_fmu.component import Component, Input, Local, Output, Parameter, State, Variable
-
-NO_LIMIT = 1e300
+from shaper_fmu.profiles.limits import NO_LIMIT
 
 
 class PositionController(Component):

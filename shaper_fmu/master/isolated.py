@@ -17,7 +17,7 @@ import threading
 import types
 from collections.abc import Callable
 from functools import partial
-from inspect import getclosurevars, signature
+from inspect import signature
 from typing import Any
 
 import msgspec
@@ -30,7 +30,7 @@ from shaper_fmu.master.instance import moment
 from shaper_fmu.master.isolated_process import BEGUN, CLOSED, Child, read_frame, send
 from shaper_fmu.master.process_ends import leave_ends_to_the_caller
 from shaper_fmu.master.results import Results
-from shaper_fmu.master.signals import Signal, typed_signal
+from shaper_fmu.master.signals import TypedSignal, typed_signal
 from shaper_fmu.master.simulation import Progress, Simulation
 from shaper_fmu.master.structure import SystemStructure
 
@@ -100,17 +100,11 @@ def _task(system: SystemStructure, stop_time: float, step: float, options: dict[
     signals = []
     for port, signal in system.signals.items():
         name = ".".join(port)
-        signals.append((port, _sendable(_bare(signal), f"input {name}: its function", "or give a table")))
+        bare = signal.signal if isinstance(signal, TypedSignal) else signal
+        signals.append((port, _sendable(bare, f"input {name}: its function", "or give a table")))
     state = {**vars(system), "signals": {}}
     arguments = _sendable((stop_time, step, options), "simulate: an option", "or leave it out")
     return pickle.dumps((state, signals, arguments), pickle.HIGHEST_PROTOCOL)
-
-
-def _bare(signal: Signal) -> Signal:
-    """The signal without the check of types that `typed_signal` puts around it."""
-    if isinstance(signal, types.FunctionType) and signal.__qualname__ == "typed_signal.<locals>.typed":
-        return getclosurevars(signal).nonlocals["signal"]
-    return signal
 
 
 class _Pickler(pickle.Pickler):

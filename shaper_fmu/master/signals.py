@@ -59,6 +59,28 @@ def make_signal(source: Any, interpolation: Interpolation, target: str) -> Signa
     return Table(times, values, interpolation == "linear")
 
 
+@dataclass(frozen=True)
+class TypedSignal:
+    """A signal with each value in the type of the variable that it drives, which is called `target` in messages."""
+
+    variable: ModelVariable
+    signal: Signal
+    target: str
+
+    def __call__(self, t: float) -> float:
+        try:
+            value = self.signal(t)
+        except Exception as error:
+            text = f"{self.target} at t = {t:.15g} s: its function failed: {type(error).__name__}: {error}"
+            raise SimulationError(text) from error
+        if self.variable.type in ("Real", "Float64", "Float32") and isinstance(value, float):
+            return value
+        try:
+            return typed_value(self.variable, value, f"{self.target} at t = {t:.15g} s")
+        except ModelError as error:
+            raise SimulationError(error.problems[0]) from None
+
+
 def typed_signal(variable: ModelVariable, signal: Signal, target: str) -> Signal:
     """The signal with each value in the variable's type; a value that has none, or a failing function, is a SimulationError.
 
@@ -71,19 +93,7 @@ def typed_signal(variable: ModelVariable, signal: Signal, target: str) -> Signal
         for value in np.unique(signal.values).tolist():
             typed_value(variable, value, target)
 
-    def typed(t: float) -> float:
-        try:
-            value = signal(t)
-        except Exception as error:
-            raise SimulationError(f"{target} at t = {t:.15g} s: its function failed: {type(error).__name__}: {error}") from error
-        if variable.type in ("Real", "Float64", "Float32") and isinstance(value, float):
-            return value
-        try:
-            return typed_value(variable, value, f"{target} at t = {t:.15g} s")
-        except ModelError as error:
-            raise SimulationError(error.problems[0]) from None
-
-    return typed
+    return TypedSignal(variable, signal, target)
 
 
 def _columns(source: Any, target: str) -> tuple[np.ndarray, np.ndarray]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-NO_LIMIT = 1e300
+from shaper_fmu.component import NO_EVENT
+
+NO_LIMIT = NO_EVENT
 """A limit that is none, and a duration that is not reached [m/s, m/s2, s]."""
 
 

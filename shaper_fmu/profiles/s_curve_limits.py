@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from shaper_fmu.profiles.limits import NO_LIMIT
 from shaper_fmu.profiles.method import ProfileMethod
 from shaper_fmu.profiles.s_curve import s_curve, s_curve_boundary, s_curve_segment_time, segment
 
@@ -101,8 +102,8 @@ def s_curve_shortest(
     while not _permitted(duration, max_velocity, max_acceleration, natural_frequency, damping_ratio):
         forbidden = duration
         duration *= 2.0
-        if duration >= 1e300:
-            return 1e300, 0.0, 0.0
+        if duration >= NO_LIMIT:
+            return NO_LIMIT, 0.0, 0.0
     for _ in range(1100):
         middle = 0.5 * (forbidden + duration)
         if middle in (forbidden, duration):

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 
+from shaper_fmu.component import NO_EVENT
 from shaper_fmu.pulses.method import PulseMethod
 from shaper_fmu.pulses.residual import switch_residual
 from shaper_fmu.pulses.workspace import PulseWorkspace
@@ -24,7 +25,7 @@ from shaper_fmu.variable import Array
 SWITCHES = 5
 BAND = 0.2
 """Half width of the band of frequencies, relative."""
-NONE = 1e300
+NONE = NO_EVENT
 _SCAN = 80
 _FREQUENCIES = 16  # intervals of the band
 _GOLDEN = 0.6180339887498949

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
+from shaper_fmu.component import NO_EVENT
 from shaper_fmu.variable import Array
 
-NO_WIDTH = 1e300
+NO_WIDTH = NO_EVENT
 """The shortest time between two switches of a command that has only one [s]."""
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import atexit
 import math
-import pickle
 import threading
 from collections.abc import Iterator
 from typing import Any
@@ -117,6 +116,5 @@ def _job(content: bytes) -> Job:
 
     digest = hashlib.sha256(content).hexdigest()
     if digest not in _content:
-        _content[digest] = pickle.loads(content)
-        _content[digest].__dict__["content"] = content
+        _content[digest] = Job.of_content(content)
     return _content[digest]

@@ -45,6 +45,13 @@ class Job:
         """The job as bytes, to be sent to workers."""
         return pickle.dumps(self, pickle.HIGHEST_PROTOCOL)
 
+    @classmethod
+    def of_content(cls, content: bytes) -> Job:
+        """The job that these bytes stand for; it keeps them, since other processes may pickle it to other ones."""
+        job: Job = pickle.loads(content)
+        object.__setattr__(job, "content", content)  # frozen, as in its own __init__
+        return job
+
     @property
     def digest(self) -> str:
         """Stands for the job's content."""
