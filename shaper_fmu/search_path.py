@@ -7,7 +7,7 @@ import sys
 import sysconfig
 from pathlib import Path
 
-_NEEDED = ("shaper_fmu", "numba", "numpy", "msgspec")
+_NEEDED = ("shaper_fmu", "numpy", "msgspec")
 
 
 def search_path() -> list[str]:

@@ -12,18 +12,17 @@ from typing import Any
 import numpy as np
 
 from shaper_fmu.errors import ModelError, SimulationError
-from shaper_fmu.master import compiled
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.faults import fault_error
 from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.loop_library import loop
 from shaper_fmu.master.process_state import Share, keeping, put_back
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.signals import Interpolation
 from shaper_fmu.master.simulation import Simulation, ends_whole, number_of_steps, set_exact
 from shaper_fmu.master.structure import SystemStructure
-from shaper_fmu.master.whole_run import whole_runs
 from shaper_fmu.master.wiring import Port
 from shaper_fmu.metrics.metric import GATHERED, Metric
 
@@ -97,16 +96,16 @@ class Batch:
         if not all(instance.address(f"fmi{instance.fmu.version}Reset") for instance in self.instances.values()):
             raise ModelError(["FMUs whose libraries lack the function to reset them need Simulation.run"])
         program.reset()
-        self._places = np.array(program.start_places(), np.intp)
+        self._places = np.array(program.start_places(), np.int64)
         self._base = np.array([float(value) for value in self._ports.values()])
         self.columns: dict[str, int] = {".".join(port): column for column, port in enumerate(self._ports)}
         """Where each start value stands in a row."""
         self._in_event_mode = any(instance.event_mode for instance in self.instances.values())
-        self._controls = np.zeros(2, of.CONTROL)  # the one in use, and a fresh one
-        self._control = self._controls.view(np.recarray)[0]
-        self._fill(self._controls.view(np.recarray)[1], treatment.exact)
+        self._controls: Any = (of.Control * 2)()  # the one in use, and a fresh one
+        self._control = self._controls[0]
+        self._fill(self._controls[1], treatment.exact)
 
-    def _fill(self, control: np.record, exact: bool) -> None:
+    def _fill(self, control: of.Control, exact: bool) -> None:
         plan = self.plan
         control.start = control.t = control.smooth_from = plan.start_time
         control.stop, control.step = plan.stop_time, plan.step
@@ -172,24 +171,26 @@ class Batch:
         A run that fails ends the list, and the batch: make another one for the rows that are left. While they are done, the
         number of the run at work (of `numbers`, int64) is kept at the address `now`, for others that watch this process.
         """
+        rows = np.ascontiguousarray(rows, np.float64)
+        numbers = np.ascontiguousarray(np.arange(len(rows)) if numbers is None else numbers, np.int64)
         gathered = np.empty((len(rows), len(self._metrics)), GATHERED)
-        numbers = np.arange(len(rows)) if numbers is None else numbers
         done, failure = 0, None
         while done < len(rows) and failure is None:
             left = slice(done, len(rows))
-            finished, code = whole_runs(
-                self._program.address, self._controls, self._in_event_mode, _MOST, self._places, rows[left], numbers[left], now,
-                gathered[left],
+            runs = of.Runs(
+                _MOST, self._places.ctypes.data, len(self._places), rows[left].ctypes.data, len(rows) - done,
+                numbers[left].ctypes.data, now, gathered[left].ctypes.data,
             )  # fmt: skip
+            loop().whole_runs(self._program.address, self._controls, self._in_event_mode, runs)
             put_back(Share.FOR_OTHERS)
-            done += finished
-            while code == compiled.GOING_ON:  # a long one: from here on it can be interrupted
-                code = compiled.run(self._program.address, self._control, _MOST)
+            done, code = done + runs.finished, runs.answer
+            while code == of.GOING_ON:  # a long one: from here on it can be interrupted
+                code = loop().run(self._program.address, self._control, _MOST)
                 put_back(Share.FOR_OTHERS)
-                if code == compiled.FINISHED:
+                if code == of.FINISHED:
                     gathered[done] = self._program.layout.metrics
                     done += 1
-            if code == compiled.FAULT:
+            if code == of.FAULT:
                 failure = fault_error(self._program, self.instances, self._control, None)
         return self._judged(gathered[:done]) + ([failure] if failure else [])
 

@@ -18,14 +18,9 @@ from shaper_fmu.master.wiring import Port
 
 _DISCARD = 2
 _QUALIFIERS = {0: "fmi3IntervalNotYetKnown", -1: "nothing"}
-_FUNCTIONS = ("DoStep", "EnterEventMode", "EnterStepMode", "UpdateDiscreteStates", "SetRealInputDerivatives",
-    "Reset", "SetupExperiment", "EnterInitializationMode", "ExitInitializationMode",
-    "SetClock", "GetClock", "GetIntervalDecimal", "GetIntervalFraction", "GetShiftDecimal", "GetShiftFraction",
-)  # fmt: skip
-"""Functions that are no transfers, by the number that the loop tells."""
 
 
-def fault_error(program: Program, instances: Mapping[str, Instance], control: np.record, at: str | None) -> SimulationError:
+def fault_error(program: Program, instances: Mapping[str, Instance], control: of.Control, at: str | None) -> SimulationError:
     """The error for the fault that `control` tells of; `at` names the moment where it is not a time."""
     if control.fault >= of.BAD_INTERVAL:
         return SimulationError(clock_fault(program.clocks.ports, program.layout.clocks, control, at))
@@ -35,8 +30,8 @@ def fault_error(program: Program, instances: Mapping[str, Instance], control: np
         name, function, elements = program.labels[where]
     else:
         name, elements = program.names[-1 - where], []
-        function = f"fmi{instances[name].fmu.version}{_FUNCTIONS[max(0, int(control.fault_element))]}"
-    instance, fault = instances[name], int(control.fault)
+        function = f"fmi{instances[name].fmu.version}{of.Called(control.fault_element).name}"
+    instance, fault = instances[name], of.Fault(control.fault)
     if fault == of.CALL_FAILED:
         if function == "fmi2DoStep" and control.fault_status == _DISCARD and _has_terminated(instance):
             return SimulationError(f"{name}{moment(when)}: {function} asked to end the simulation{_said(instance)}")
@@ -64,7 +59,7 @@ def fault_error(program: Program, instances: Mapping[str, Instance], control: np
     return SimulationError(f"{name}{moment(when)}: {function} asked for another update again and again{_said(instance)}")
 
 
-def clock_fault(ports: Sequence[Port], clocks: np.ndarray, control: np.record, at: str | None) -> str:
+def clock_fault(ports: Sequence[Port], clocks: np.ndarray, control: of.Control, at: str | None) -> str:
     """What is wrong with a clock, in words."""
     number, status, t = int(control.fault_element), int(control.fault_status), float(control.fault_time)
     clock, name = clocks[number], ".".join(ports[number])
@@ -85,7 +80,7 @@ def clock_fault(ports: Sequence[Port], clocks: np.ndarray, control: np.record, a
     return f"clock {name}{when}: it ticks again and again at this time, since its interval is 0"
 
 
-def warning_notes(program: Program, instances: Mapping[str, Instance], control: np.record) -> list[str]:
+def warning_notes(program: Program, instances: Mapping[str, Instance], control: of.Control) -> list[str]:
     """What a user should know of calls that returned a warning."""
     if not control.warnings:
         return []

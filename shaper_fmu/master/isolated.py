@@ -7,6 +7,7 @@ loop is in memory that both share, so the caller knows the simulated time even a
 
 from __future__ import annotations
 
+import ctypes
 import io
 import math
 import mmap
@@ -168,20 +169,19 @@ def _unpacked(packed: _Packed) -> Results:
 class _Watched(Simulation):
     """A simulation for one run, whose loop keeps its state in shared memory."""
 
-    window: np.ndarray
+    window: mmap.mmap
     _shared: Any = None
 
-    def _controller(self, program: Any, control: np.record, *others: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def _controller(self, program: Any, control: of.Control, *others: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
         return super()._controller(program, self._moved(control), *others)
 
-    def _stepped(self, program: Any, control: np.record, *others: Any) -> Results:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def _stepped(self, program: Any, control: of.Control, *others: Any) -> Results:  # pyright: ignore[reportIncompatibleMethodOverride]
         return super()._stepped(program, self._moved(control), *others)
 
-    def _moved(self, control: np.record) -> Any:
+    def _moved(self, control: of.Control) -> Any:
         if self._shared is None:
-            self._shared = self.window.view(np.recarray)[0]
-            for field in of.CONTROL.names or ():
-                setattr(self._shared, field, getattr(control, field))
+            self._shared = of.Control.from_buffer(self.window)
+            ctypes.pointer(self._shared)[0] = control
         return self._shared
 
 
@@ -211,8 +211,7 @@ def serve(channel: int, window: str) -> None:
         send(channel, _failure(error))
     else:
         size = of.CONTROL.itemsize
-        memory = mmap.mmap(-1, size, tagname=window) if sys.platform == "win32" else mmap.mmap(int(window), size)
-        simulation.window = np.frombuffer(memory, of.CONTROL, 1)
+        simulation.window = mmap.mmap(-1, size, tagname=window) if sys.platform == "win32" else mmap.mmap(int(window), size)
         with simulation:  # the answer is sent before the instances are freed, which may crash, too
             send(channel, _outcome(partial(simulation.run, stop_time, step, **options)))
     send(channel, CLOSED)

@@ -18,8 +18,6 @@ from contextlib import suppress
 from subprocess import Popen
 from typing import IO, Any
 
-import numpy as np
-
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.simulation import Progress
 from shaper_fmu.search_path import with_search_path
@@ -128,9 +126,9 @@ class Child:
     @property
     def time(self) -> float | str:
         """The simulated time [s] that the loop has reached, or what comes before."""
-        control = np.frombuffer(self._memory[:], of.CONTROL)[0]
+        control = of.Control.from_buffer_copy(self._memory[:])
         before = "initialization" if self._begun else "the start of its process"
-        return float(control["t"]) if control["step"] > 0.0 else before
+        return float(control.t) if control.step > 0.0 else before
 
     def end(self) -> str:
         """A message on how the process ended."""

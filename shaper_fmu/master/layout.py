@@ -1,258 +1,370 @@
-"""What the compiled loop works on: a system as arrays of numbers - addresses, references, places on the bus, times.
+"""What the loop works on: a system as arrays of numbers - addresses, references, places on the bus, times.
 
 The bus is one array of doubles: the value of every output that is connected or recorded, and of every signal from outside.
 A transfer moves values between the bus and one instance, by one call of one FMI function.
+
+What is declared here is the loop's header, too (see loop_header.py): no offset and no number is written twice.
 """
 
 from __future__ import annotations
 
-import hashlib
-from pathlib import Path
-from typing import NamedTuple
+import ctypes
+from enum import IntEnum
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
 
-INSTANCE = np.dtype(
-    [
-        ("handle", "u8"),
-        ("version", "i4"),  # of FMI
-        ("event_mode", "i4"),
-        ("do_step", "u8"),
-        ("enter_event_mode", "u8"),
-        ("enter_step_mode", "u8"),
-        ("update", "u8"),
-        ("reset", "u8"),
-        ("setup", "u8"),  # fmi2SetupExperiment
-        ("enter_initialization", "u8"),
-        ("exit_initialization", "u8"),
-        ("tolerance", "f8"),  # of its solver, told at initialization; 0 for none
-        ("answers", "u8"),  # address of 64 bytes for the answers of calls
-        ("next_event", "f8"),  # told by the last update of discrete states
-    ],
-    align=True,
+from shaper_fmu.metrics.metric import GATHERED
+from shaper_fmu.records import ctypes_fields, numpy_type, record
+
+INSTANCE = record(
+    "Instance",
+    """
+    void *handle;
+    int32_t version;                // of FMI
+    int32_t event_mode;
+    Function do_step;
+    Function enter_event_mode;
+    Function enter_step_mode;
+    Function update;
+    Function reset;
+    Function setup;                 // fmi2SetupExperiment
+    Function enter_initialization;
+    Function exit_initialization;
+    double tolerance;               // of its solver, told at initialization; 0 for none
+    double next_event;              // told by the last update of discrete states
+    """,
 )
 
-TRANSFER = np.dtype(
-    [
-        ("function", "u8"),
-        ("handle", "u8"),
-        ("version", "i4"),
-        ("kind", "i4"),
-        ("references", "u8"),  # their address
-        ("reference_count", "u8"),
-        ("elements", "u8"),  # address of the first of them
-        ("element_count", "u8"),
-        ("values", "u8"),  # their address
-    ],
-    align=True,
+ELEMENT = record(
+    "Element",
+    """
+    double *bus;                    // its place there
+    double gain;
+    double shift;
+    const double *mapping;          // pairs: a value, and what it becomes
+    uint32_t mapped;                // their number
+    uint32_t closed;                // whether a value that is not among them is a fault: no item of an enumeration
+    """,
 )
 
-ELEMENT = np.dtype(
-    [
-        ("bus", "u8"),  # the address of its place on the bus
-        ("gain", "f8"),
-        ("shift", "f8"),
-        ("mapping", "u8"),  # address of pairs: a value, and what it becomes
-        ("mapped", "u4"),  # their number
-        ("closed", "u4"),  # whether a value that is not among them is a fault: no item of an enumeration
-    ],
-    align=True,
+TRANSFER = record(
+    "Transfer",
+    """
+    Function function;              // none where the values are wanted, but not for the FMU
+    void *handle;
+    int32_t version;                // of FMI
+    int32_t type;                   // of the values
+    const uint32_t *references;
+    size_t reference_count;
+    const Element *elements;
+    size_t element_count;
+    void *values;
+    """,
 )
 
-TABLE = np.dtype(
-    [("place", "i4"), ("linear", "i4"), ("first", "i4"), ("count", "i4"), ("cursor", "i4")],
-    align=True,
+OPERATION = record(
+    "Operation",
+    """
+    int32_t code;
+    int32_t number;                 // of what it works on
+    """,
 )
 
-SLOPE = np.dtype(
-    [
-        ("source", "i4"),  # its place on the bus
-        ("held", "i4"),  # place of the source's value at the beginning of the step
-        ("known", "i4"),  # whether the source steps before the input's instance
-        ("gain", "f8"),
-        ("previous", "f8"),  # the source's value at the beginning of the step before
-        ("previous_time", "f8"),
-        ("held_time", "f8"),
-    ],
-    align=True,
+TABLE = record(
+    "Table",
+    """
+    int32_t place;
+    int32_t linear;
+    int32_t first;
+    int32_t count;
+    int32_t cursor;
+    """,
+)
+
+SLOPE = record(
+    "Slope",
+    """
+    int32_t source;                 // its place on the bus
+    int32_t held;                   // place of the source's value at the beginning of the step
+    int32_t known;                  // whether the source steps before the input's instance
+    double gain;
+    double previous;                // the source's value at the beginning of the step before
+    double previous_time;
+    double held_time;
+    """,
 )
 """An input that is linear over a step."""
 
-SLOPES_OF = np.dtype(
-    [
-        ("function", "u8"),
-        ("handle", "u8"),
-        ("references", "u8"),
-        ("orders", "u8"),
-        ("values", "u8"),
-        ("instance", "i4"),
-        ("first", "i4"),  # of the rows of SLOPE
-        ("rows", "i4"),
-    ],
-    align=True,
+SLOPES_OF = record(
+    "SlopeCall",
+    """
+    Function function;
+    void *handle;
+    const uint32_t *references;
+    const int32_t *orders;
+    double *values;
+    int32_t instance;
+    int32_t first;                  // of the slopes
+    int32_t count;
+    """,
 )
 """The call that tells an instance the slopes of its inputs."""
 
-CLOCK = np.dtype(
-    [
-        ("kind", "i4"),
-        ("instance", "i4"),
-        ("asked", "i4"),  # for its interval: 0 never, or ONCE, or ALWAYS
-        ("fraction", "i4"),  # as a fraction
-        ("reference", "u8"),  # address of its value reference
-        ("set", "u8"),  # fmi3SetClock
-        ("get", "u8"),  # fmi3GetClock
-        ("get_interval", "u8"),
-        ("get_shift", "u8"),
-        ("targets", "i4"),  # of an output clock: the first of the clocks that tick with it, among `clock_numbers`
-        ("target_count", "i4"),
-        ("within", "i4"),  # of an output clock: the first of those clocks while which it can be read, among `clock_numbers`
-        ("within_count", "i4"),  # 0: always
-        ("origin", "f8"),  # a periodic clock ticks at origin + (shift + count * interval) / resolution
-        ("shift", "f8"),
-        ("interval", "f8"),
-        ("resolution", "f8"),
-        ("count", "i8"),
-        ("next", "f8"),  # tick, if it is timed
-        ("active", "i4"),  # it ticks now
-        ("ticked", "f8"),  # when it has ticked last
-        ("ticks", "i4"),  # how often it has then
-    ],
-    align=True,
+CLOCK = record(
+    "Clock",
+    """
+    int32_t kind;
+    int32_t instance;
+    int32_t asked;                  // for its interval
+    int32_t fraction;               // as a fraction
+    const uint32_t *reference;
+    Function set;                   // fmi3SetClock
+    Function get;                   // fmi3GetClock
+    Function get_interval;
+    Function get_shift;
+    int32_t targets;                // of an output clock: the first of the clocks that tick with it, among `clock_numbers`
+    int32_t target_count;
+    int32_t within;                 // of an output clock: the first of those clocks while which it can be read
+    int32_t within_count;           // 0: always
+    double origin;                  // a periodic clock ticks at origin + (shift + count * interval) / resolution
+    double shift;
+    double interval;
+    double resolution;
+    int64_t count;
+    double next;                    // tick, if it is timed
+    int32_t active;                 // it ticks now: 1, and 2 once it has sampled
+    double ticked;                  // when it has ticked last
+    int32_t ticks;                  // how often it has then
+    """,
 )
 
-CLOCK_GUARD = np.dtype([("first", "i4"), ("count", "i4"), ("skip", "i4"), ("once", "i4")], align=True)
-"""Of the operations after it in a program: their clocks among `clock_numbers`, how many operations these are, and whether they are
-done once for a tick, not again when another clock ticks because of it."""
+CLOCK_GUARD = record(
+    "ClockGuard",
+    """
+    int32_t first;                  // of its clocks, among `clock_numbers`
+    int32_t count;
+    int32_t skip;                   // how many operations it guards
+    int32_t once;                   // for a tick, not again when another clock ticks because of it
+    """,
+)
+"""Of the operations after it in a program."""
 
-# Kinds of clocks.
-PERIODIC, CHANGING, COUNTDOWN, TRIGGERED, TRIGGERING = range(5)
-ONCE, ALWAYS = 1, 2  # in initialization mode; in event mode, too
+GUARD = record(
+    "Guard",
+    """
+    int32_t first;                  // of its causes
+    int32_t count;
+    int32_t skip;                   // how many operations it guards
+    int32_t due;                    // whether one of the causes is
+    int32_t open;                   // whether the operations are done
+    """,
+)
+"""Of the operations after it in a program."""
 
-_SOURCES = ("layout", "arithmetic", "calls", "transfers", "execution", "clock_loop", "event_loop", "compiled", "whole_run")
+WATCHED = record(
+    "WatchedInput",
+    """
+    int32_t place;                  // of its source on the bus
+    double value;                   // that it has got
+    """,
+)
+"""Of an input that is set in event mode alone."""
+
+CONTROL = record(
+    "Control",
+    """
+    double start;
+    double stop;
+    double step;
+    int64_t steps;                  // on the grid
+    int64_t done;                   // of them
+    double t;
+    double target;
+    int32_t exact;                  // whether steps end at events
+    int32_t at_grid;                // whether the target is a point of the grid
+    int32_t at_event;
+    int32_t ends_whole;             // whether the last step is as long as the others
+    int32_t resuming;               // whether steps have been taken before the event
+    int32_t all_open;               // whether no guard counts
+    int32_t ends_at_event;          // whether an announced event is at the end of the step
+    double smooth_from;             // time of the last event
+    int32_t everywhere;             // whether rows are recorded at events, too, on both sides
+    int32_t silent;                 // nothing is recorded or measured: the step may be taken back
+    int32_t unrecorded;             // the metrics are all that is kept
+    int32_t stop_place;             // of a variable that ends the run once it has been true for `stop_hold`; -1 for none
+    double stop_hold;
+    double true_since;
+    int32_t exchange;               // whether values are exchanged after each step (jacobi)
+    int32_t returning;              // whether FMUs may be set back to earlier times; they are told
+    int32_t rereading;              // whether all is read again at events, since what follows the inputs is not declared
+    int32_t on_grid;                // clocks tick at points of the grid alone
+    int32_t functions;              // how many values at the end of the step wait on the bus, of inputs that functions give
+    int32_t function_place;         // of the first one; those at the end come after all of them
+    int32_t cut;                    // whether an early return may end the step for all
+    int32_t jump;                   // the next one of the tables
+    int64_t rows;                   // recorded
+    int64_t room;                   // for rows
+    double *next_time;              // of the next row, in the record
+    double *next_row;
+    int64_t events;
+    int64_t warnings;
+    int64_t warned;                 // by the last of them: the instance, or the transfer
+    int32_t fault;
+    int32_t fault_status;
+    int32_t fault_where;            // the transfer, or -1 - the instance
+    int32_t fault_element;          // or the function, where no transfer has failed
+    double fault_time;
+    """,
+)
+
+RUNS = record(
+    "Runs",
+    """
+    int64_t most;                   // macro steps of one of them
+    const int64_t *places;          // of start values on the bus
+    size_t values;                  // their number
+    const double *rows;             // start values of each run
+    size_t count;
+    const int64_t *numbers;         // of the runs
+    int64_t *now;                   // where the number of the run at work is written, or null
+    Metric *gathered;               // what the metrics gather in each run
+    size_t finished;                // how many runs have
+    int32_t answer;                 // what `run` has answered for the next one, or FINISHED
+    """,
+)
 
 
-def _sources_digest() -> str:
-    folder = Path(__file__).parent
-    others = [folder.parent / "component.py", folder.parent / "metrics" / "metric.py"]  # time_rounding; what metrics gather
-    files = [*others, *[folder / f"{name}.py" for name in _SOURCES]]
-    texts = [file.read_bytes() for file in files]
-    return hashlib.sha256(b"\0".join(texts)).hexdigest()[:16]
+class Control(ctypes.Structure):
+    """The state of a run."""
+
+    _fields_ = ctypes_fields(CONTROL)
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...
+        def __setattr__(self, name: str, value: Any) -> None: ...
 
 
-SOURCES_DIGEST = _sources_digest()
-"""Stands for the loop's sources; see transfers.compiled."""
+class Runs(ctypes.Structure):
+    """Whole runs, and how far they have come."""
 
-GUARD = np.dtype([("first", "i4"), ("count", "i4"), ("skip", "i4"), ("due", "i4"), ("open", "i4")], align=True)
-"""Of the operations after it in a program: its causes, how many operations it guards, whether one is due, whether they are done."""
+    _fields_ = ctypes_fields(RUNS)
+    if TYPE_CHECKING:
 
-WATCHED = np.dtype([("place", "i4"), ("value", "f8")], align=True)
-"""Of an input that is set in event mode alone: its source's place on the bus, and the value that it has got."""
+        def __getattr__(self, name: str) -> Any: ...
+
+
+class ClockKind(IntEnum):
+    """Kinds of clocks; the last one is an output."""
+
+    PERIODIC, CHANGING, COUNTDOWN, TRIGGERED, TRIGGERING = range(5)
+
+
+class Asked(IntEnum):
+    """When a clock is asked for its interval: in initialization mode; in event mode, too."""
+
+    NEVER, ONCE, ALWAYS = range(3)
+
+
+class ValueType(IntEnum):
+    """Types of values in memory."""
+
+    F8, F4, I1, U1, I2, U2, I4, U4, I8, U8, BOOLEAN2, BOOLEAN3 = range(12)
+
+
+class Code(IntEnum):
+    """Operations of a program. 2: reals, steps of FMI 2.0; KEEP: what has been set, to the bus; AGAIN: what has been set before
+    the event."""
+
+    SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED = range(14)
+
+
+class Fault(IntEnum):
+    """What goes wrong. From BAD_INTERVAL on it is about a clock, whose number is the element."""
+
+    NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE, NO_ITEM = range(8)
+    BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = range(8, 12)
+
+
+class Answer(IntEnum):
+    """How the loop comes back; FULL: there is no room in the record."""
+
+    GOING_ON, FINISHED, FULL, FAULT = range(4)
+
+
+class Called(IntEnum):
+    """Functions of FMI that are no transfers, by the number that a fault tells; without fmi2 or fmi3 before them."""
+
+    DoStep, EnterEventMode, EnterStepMode, UpdateDiscreteStates, SetRealInputDerivatives = range(5)
+    Reset, SetupExperiment, EnterInitializationMode, ExitInitializationMode = range(5, 9)
+    SetClock, GetClock, GetIntervalDecimal, GetIntervalFraction, GetShiftDecimal, GetShiftFraction = range(9, 15)
+
+
+PERIODIC, CHANGING, COUNTDOWN, TRIGGERED, TRIGGERING = ClockKind
+_, ONCE, ALWAYS = Asked
+F8, F4, I1, U1, I2, U2, I4, U4, I8, U8, BOOLEAN2, BOOLEAN3 = ValueType
+SIZES: dict[int, int] = {F8: 8, F4: 4, I1: 1, U1: 1, I2: 2, U2: 2, I4: 4, U4: 4, I8: 8, U8: 8, BOOLEAN2: 4, BOOLEAN3: 1}
+SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED = Code
+NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE, NO_ITEM = list(Fault)[:8]
+BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = list(Fault)[8:]
+GOING_ON, FINISHED, FULL, FAULT = Answer
+
+NO_EVENT = 1e300
 
 JUMPS = -(1 << 30)
 """The cause that stands for jumps of tables; others are places of announced times on the bus, or -1 - instance."""
 
-CONTROL = np.dtype(
-    [
-        ("start", "f8"),
-        ("stop", "f8"),
-        ("step", "f8"),
-        ("steps", "i8"),  # on the grid
-        ("done", "i8"),  # of them
-        ("t", "f8"),
-        ("target", "f8"),
-        ("exact", "i4"),  # whether steps end at events
-        ("at_grid", "i4"),  # whether the target is a point of the grid
-        ("at_event", "i4"),
-        ("ends_whole", "i4"),  # whether the last step is as long as the others
-        ("resuming", "i4"),  # whether steps have been taken before the event
-        ("all_open", "i4"),  # whether no guard counts
-        ("ends_at_event", "i4"),  # whether an announced event is at the end of the step
-        ("smooth_from", "f8"),  # time of the last event
-        ("everywhere", "i4"),  # whether rows are recorded at events, too, on both sides
-        ("silent", "i4"),  # nothing is recorded or measured: the step may be taken back
-        ("unrecorded", "i4"),  # the metrics are all that is kept
-        ("stop_place", "i4"),  # of a variable that ends the run once it has been true for `stop_hold`; -1 for none
-        ("stop_hold", "f8"),
-        ("true_since", "f8"),
-        ("exchange", "i4"),  # whether values are exchanged after each step (jacobi)
-        ("returning", "i4"),  # whether FMUs may be set back to earlier times; they are told
-        ("rereading", "i4"),  # whether all is read again at events, since what follows the inputs is not declared
-        ("on_grid", "i4"),  # clocks tick at points of the grid alone
-        ("functions", "i4"),  # how many values at the end of the step wait on the bus, of inputs that functions give
-        ("function_place", "i4"),  # of the first one; those at the end come after all of them
-        ("cut", "i4"),  # whether an early return may end the step for all
-        ("jump", "i4"),  # the next one of the tables
-        ("rows", "i8"),  # recorded
-        ("room", "i8"),  # for rows
-        ("next_time", "u8"),  # addresses of the next row, in the record
-        ("next_row", "u8"),
-        ("events", "i8"),
-        ("warnings", "i8"),
-        ("warned", "i8"),  # by the last of them: the instance, or the transfer
-        ("fault", "i4"),
-        ("fault_status", "i4"),
-        ("fault_where", "i4"),  # the instance, or the transfer
-        ("fault_element", "i4"),
-        ("fault_time", "f8"),
-    ],
-    align=True,
-)
-
-# Types of values in memory.
-F8, F4, I1, U1, I2, U2, I4, U4, I8, U8, BOOLEAN2, BOOLEAN3 = range(12)
-SIZES = {F8: 8, F4: 4, I1: 1, U1: 1, I2: 2, U2: 2, I4: 4, U4: 4, I8: 8, U8: 8, BOOLEAN2: 4, BOOLEAN3: 1}
-
-# Operations of a program: pairs of a code and what it works on. 2: reals, steps of FMI 2.0; KEEP: what has been set, to the bus;
-# AGAIN: what has been set before the event.
-SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED = range(14)
-
-# Faults.
-NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE, NO_ITEM = range(8)
-BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = range(8, 12)  # of a clock, whose number is the element
-
-NO_EVENT = 1e300
-
 
 class Layout(NamedTuple):
-    """A system, ready for the loop. Shapes: (n,), but for programs, (n, 2), and the record, (rows, recorded)."""
+    """A system, ready for the loop: arrays, with what their elements are in C."""
 
-    instances: np.ndarray
-    transfers: np.ndarray
-    elements: np.ndarray
-    references: np.ndarray
-    memory: np.ndarray  # addresses in the tables above point into it
-    bus: np.ndarray
-    tables: np.ndarray
-    table_times: np.ndarray
-    table_values: np.ndarray
-    jumps: np.ndarray  # times at which tables jump
-    event_places: np.ndarray  # of outputs that announce events
-    recorded: np.ndarray
-    metrics: np.ndarray
-    step_program: np.ndarray
-    exchange_program: np.ndarray  # between steps
-    read_program: np.ndarray
-    slopes: np.ndarray
-    slopes_of: np.ndarray
-    jump_program: np.ndarray  # for steps that end at an announced event
-    guards: np.ndarray
-    causes: np.ndarray  # of guards
-    start_program: np.ndarray  # sets the start values of a batch's runs
-    mappings: np.ndarray  # pairs of values, one after the other
-    initial_program: np.ndarray  # the exchange during initialization
-    final_program: np.ndarray  # the exchange after the last step
-    event_program: np.ndarray  # the exchange at events
-    event_read_program: np.ndarray
-    resume_program: np.ndarray  # between event mode and the next step
-    watched: np.ndarray  # sources of inputs that are set in event mode alone
-    clocks: np.ndarray
-    clock_guards: np.ndarray
-    clock_numbers: np.ndarray  # of clocks that belong to another one, or to a guard
-    clock_program: np.ndarray  # sets and reads clocked variables in initialization mode
-    tick_program: np.ndarray  # exchanges values while clocks tick
+    instances: Annotated[np.ndarray, INSTANCE]
+    transfers: Annotated[np.ndarray, TRANSFER]
+    elements: Annotated[np.ndarray, ELEMENT]
+    references: Annotated[np.ndarray, "uint32_t"]
+    memory: Annotated[np.ndarray, "double"]  # addresses in the tables above point into it
+    bus: Annotated[np.ndarray, "double"]
+    tables: Annotated[np.ndarray, TABLE]
+    table_times: Annotated[np.ndarray, "double"]
+    table_values: Annotated[np.ndarray, "double"]
+    jumps: Annotated[np.ndarray, "double"]  # times at which tables jump
+    event_places: Annotated[np.ndarray, "int32_t"]  # of outputs that announce events
+    recorded: Annotated[np.ndarray, "int32_t"]
+    metrics: Annotated[np.ndarray, GATHERED]
+    step_program: Annotated[np.ndarray, OPERATION]
+    exchange_program: Annotated[np.ndarray, OPERATION]  # between steps
+    read_program: Annotated[np.ndarray, OPERATION]
+    slopes: Annotated[np.ndarray, SLOPE]
+    slopes_of: Annotated[np.ndarray, SLOPES_OF]
+    jump_program: Annotated[np.ndarray, OPERATION]  # for steps that end at an announced event
+    guards: Annotated[np.ndarray, GUARD]
+    causes: Annotated[np.ndarray, "int32_t"]  # of guards
+    start_program: Annotated[np.ndarray, OPERATION]  # sets the start values of a batch's runs
+    mappings: Annotated[np.ndarray, "double"]  # pairs of values, one after the other
+    initial_program: Annotated[np.ndarray, OPERATION]  # the exchange during initialization
+    final_program: Annotated[np.ndarray, OPERATION]  # the exchange after the last step
+    event_program: Annotated[np.ndarray, OPERATION]  # the exchange at events
+    event_read_program: Annotated[np.ndarray, OPERATION]
+    resume_program: Annotated[np.ndarray, OPERATION]  # between event mode and the next step
+    watched: Annotated[np.ndarray, WATCHED]  # sources of inputs that are set in event mode alone
+    clocks: Annotated[np.ndarray, CLOCK]
+    clock_guards: Annotated[np.ndarray, CLOCK_GUARD]
+    clock_numbers: Annotated[np.ndarray, "int32_t"]  # of clocks that belong to another one, or to a guard
+    clock_program: Annotated[np.ndarray, OPERATION]  # sets and reads clocked variables in initialization mode
+    tick_program: Annotated[np.ndarray, OPERATION]  # exchanges values while clocks tick
+
+
+ELEMENTS: dict[str, np.dtype | str] = {
+    name: hint.__metadata__[0] for name, hint in get_type_hints(Layout, include_extras=True).items()
+}
+"""What the elements of each array are: a record, or a type of C."""
+
+_TYPES = [kind if isinstance(kind, np.dtype) else numpy_type(kind) for kind in ELEMENTS.values()]
 
 
 def addresses_of(layout: Layout) -> np.ndarray:
-    """Address and length of each array, shape (n, 2), in the order of the fields: what the compiled loop is given."""
+    """Address and length of each array, shape (n, 2), in the order of the fields: what the loop is given as its System."""
+    for name, array, kind in zip(Layout._fields, layout, _TYPES, strict=True):
+        if array.dtype != kind or array.ndim != 1 or not array.flags.c_contiguous:
+            raise TypeError(f"{name}: {array.dtype} in {array.ndim} dimensions is not {kind}")
     return np.array([(array.ctypes.data, len(array)) for array in layout], np.uintp)

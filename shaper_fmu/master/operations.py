@@ -115,7 +115,7 @@ class Operations:
         """The programs of a step, and of one that ends at an announced event."""
         early = {name for name in self._instances if self._instances[name].returns_early}
         order = sorted(self._instances, key=lambda name: name not in early)  # the first to step may end the step for all
-        step_of = {
+        step_of: dict[str, Operation] = {
             name: (of.STEP2 if self._instances[name].fmu.version == 2 else of.STEP3, self._writer.numbers[name]) for name in order
         }
         read_all = [operation for operations in reads.values() for operation in operations]
@@ -123,12 +123,12 @@ class Operations:
         slopes = [operation for operations in slopes_of.values() for operation in operations]
         hold = [(of.HOLD, 0)] if slopes else []
         if algorithm == "jacobi":
-            step = [*hold, *slopes, *step_of.values(), *read_all]
+            step: list[Operation] = [*hold, *slopes, *step_of.values(), *read_all]
             return step, step
         between = {name: [v for v in self._inputs_of(name) if self._is_set_between(name, v)] for name in self._instances}
         sets = {name: self._setting(name, between[name], linear_inputs) for name in self._system.instance_order() if between[name]}
         guarded = [operation for name, operations in sets.items() for operation in self._guarded(name, operations)]
-        before = [*([(of.TABLES_BEFORE, 0)] if self._has_tables() else []), *hold]
+        before: list[Operation] = [*([(of.TABLES_BEFORE, 0)] if self._has_tables() else []), *hold]
         jump = [*before, *guarded, *slopes, *step_of.values(), *read_all]
         if algorithm == "parallel":
             return jump, jump

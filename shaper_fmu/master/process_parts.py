@@ -18,7 +18,7 @@ try:
 except ImportError:  # on Windows
     fcntl = None
 
-from shaper_fmu.master.arithmetic import STANDARD, arithmetic_mode, set_arithmetic_mode
+from shaper_fmu.master.arithmetic import arithmetic_mode, set_arithmetic_mode, standard_arithmetic
 
 
 class Part(Protocol):
@@ -201,11 +201,11 @@ class Arithmetic:
 
     def __init__(self) -> None:
         self._kept = arithmetic_mode()
-        set_arithmetic_mode(STANDARD)
+        set_arithmetic_mode(standard_arithmetic())
 
     def restore(self) -> bool:
         """Set the standard mode. This is not reported, as in the compiled loop."""
-        set_arithmetic_mode(STANDARD)
+        set_arithmetic_mode(standard_arithmetic())
         return False
 
     def close(self) -> None:

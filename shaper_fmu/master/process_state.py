@@ -17,6 +17,7 @@ from enum import IntEnum
 from types import TracebackType
 from typing import Any, TypeVar, cast
 
+from shaper_fmu.master.loop_library import loop
 from shaper_fmu.master.process_ends import Ends
 from shaper_fmu.master.process_environment import Environment, restore_environment
 from shaper_fmu.master.process_parts import Arithmetic, Directory, Locale, NumpyErrors, Part, Processors, Streams, Umask
@@ -58,6 +59,7 @@ class Kept:
     def __enter__(self) -> Kept:
         if self._outer is not None:
             return self
+        loop()  # raises what it raises while there is nothing to put back
         self._interrupts = Interrupts()
         self._ends = Ends(lambda: self._restore(self._parts))
         try:

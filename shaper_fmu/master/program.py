@@ -29,7 +29,7 @@ class Program:
 
     Attributes:
         layout: the arrays.
-        address: of their addresses, for the compiled loop.
+        address: of their addresses, for the loop.
         signals: places on the bus of signals that are Python functions, and the functions.
         labels: for each transfer, the instance, the FMI function and the names of the elements.
         names: the instances by number.
@@ -158,8 +158,7 @@ class Program:
     def _layout(self, programs: dict[str, list[Operation]], recorded: Sequence[Port]) -> of.Layout:
         writer = self._writer
         instances = np.zeros(len(self.names), of.INSTANCE)
-        answers = -(-writer.size // 8) * 8
-        memory = np.zeros((answers + 64 * len(instances)) // 8 + 1)
+        memory = np.zeros(writer.size // 8 + 1)
         references = np.array(writer.references or [0], np.uint32)
         transfers = np.array(writer.transfers, of.TRANSFER)
         transfers["values"] += np.uint64(memory.ctypes.data)
@@ -174,7 +173,7 @@ class Program:
         self.sources: list[list[int]] = writer.grouped
         for i, instance in enumerate(self.instances.values()):
             tolerance = instance.fmu.default_tolerance or 0.0
-            instances[i] = (*instance.entry_points(), tolerance, memory.ctypes.data + answers + 64 * i, of.NO_EVENT)
+            instances[i] = (*instance.entry_points(), tolerance, of.NO_EVENT)
         tables = [
             (self._places[("signal", *port)], signal) for port, signal in self.system.signals.items() if isinstance(signal, Table)
         ]
@@ -197,7 +196,7 @@ class Program:
             event_places=np.array([self._places[port] for port in self._event_ports], np.int32),
             recorded=np.array([self._places[port] for port in recorded], np.int32),
             metrics=metric_rows(self._metrics, lambda name: self._places[self.system.split(name)]),
-            **{f"{name}_program": np.array(program, np.int32).reshape(-1, 2) for name, program in programs.items()},
+            **{f"{name}_program": np.array(program, of.OPERATION) for name, program in programs.items()},
             slopes=self._linear.slopes,
             slopes_of=self._linear.slopes_of,
             watched=np.array([(place, np.nan) for place in self._operations.watched()], of.WATCHED),

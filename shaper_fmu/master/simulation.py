@@ -16,14 +16,13 @@ from typing import Any, get_args
 import numpy as np
 
 from shaper_fmu.errors import ModelError, SimulationError, nearest
-from shaper_fmu.master import compiled
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.algorithms import ALGORITHMS, Algorithm
-from shaper_fmu.master.clock_loop import start_clocks
 from shaper_fmu.master.clocks import has_clocks, is_clocked
 from shaper_fmu.master.events import Treatment, treat_events
 from shaper_fmu.master.faults import fault_error, warning_notes
 from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.loop_library import loop
 from shaper_fmu.master.loops import solve_loops
 from shaper_fmu.master.metrics import check_metrics, metric_values
 from shaper_fmu.master.notes import coupling_notes, system_notes
@@ -149,7 +148,7 @@ class Simulation:
         if interpolation not in get_args(Interpolation):
             raise ModelError([f"there is no interpolation {interpolation!r}.{nearest(interpolation, get_args(Interpolation))}"])
         program = self._program(algorithm, treatment, interpolation == "linear")
-        control = np.zeros(1, of.CONTROL).view(np.recarray)[0]
+        control = of.Control()
         control.start = control.t = control.smooth_from = start_time
         control.stop_place, control.all_open, control.rereading = -1, 1, program.reads_locals()
         control.stop, control.step, control.steps = stop_time, step, steps
@@ -166,7 +165,7 @@ class Simulation:
         notes += step_notes(self.system, treatment, step, [self._scales])
         return self._stepped(program, control, progress, notes, controller)
 
-    def _controller(self, program: Program, control: np.record, tolerance: float) -> StepControl:
+    def _controller(self, program: Program, control: of.Control, tolerance: float) -> StepControl:
         if not (math.isfinite(tolerance) and tolerance > 0.0):
             raise ModelError([f"tolerance = {tolerance} must be a positive number"])
         return StepControl(program, control, tolerance)
@@ -183,7 +182,7 @@ class Simulation:
     def _stepped(
         self,
         program: Program,
-        control: np.record,
+        control: of.Control,
         progress: Progress | None,
         notes: tuple[str, ...],
         controller: StepControl | None,
@@ -193,7 +192,7 @@ class Simulation:
         times, record = np.empty(rows), np.empty((rows, len(self._recorded)))
         _record_into(control, times, record)
         control.at_grid = 1
-        compiled.first_row(program.address, control)
+        loop().first_row(program.address, control)
         most, stepwise = 1, controller is not None or bool(program.signals)
         while True:
             begin = time.perf_counter()
@@ -203,18 +202,18 @@ class Simulation:
                 elif program.signals and control.done < control.steps and control.rows + 2 <= rows:
                     code = self._step_with_signals(program, control)
                 else:
-                    code = compiled.run(program.address, control, most)
-                if code == compiled.FAULT:
+                    code = loop().run(program.address, control, most)
+                if code == of.FAULT:
                     raise self._fault(program, control)
                 put_back(Share.FOR_OTHERS if progress is None or stepwise else Share.EVERYTHING)
             except SimulationError as error:
                 error.results = self._results(program, control, times, record, notes)
                 raise
-            if code == compiled.FULL:
+            if code == of.FULL:
                 rows *= 2
                 times, record = (np.concatenate([kept, np.empty_like(kept)]) for kept in (times, record))
                 _record_into(control, times, record)
-            elif code == compiled.FINISHED:
+            elif code == of.FINISHED:
                 break
             elif not stepwise:  # so long that Python costs nothing, so short that people see progress and can interrupt
                 fitting = most * _CHUNK_SECONDS / max(1e-6, time.perf_counter() - begin)
@@ -225,19 +224,19 @@ class Simulation:
             progress(float(control.stop))
         return self._results(program, control, times, record, notes)
 
-    def _step_with_signals(self, program: Program, control: np.record) -> int:
+    def _step_with_signals(self, program: Program, control: of.Control) -> int:
         """A step of a system with inputs that Python functions give."""
-        compiled.plan_step(program.address, control)
+        loop().plan_step(program.address, control)
         ask_functions(program, control, float(control.target))
-        if not compiled.take_planned_step(program.address, control):
-            return compiled.FAULT
-        return compiled.FINISHED if control.done >= control.steps else compiled.GOING_ON
+        if not loop().take_planned_step(program.address, control):
+            return of.FAULT
+        return of.FINISHED if control.done >= control.steps else of.GOING_ON
 
-    def _fault(self, program: Program, control: np.record, at: str | None = None) -> SimulationError:
+    def _fault(self, program: Program, control: of.Control, at: str | None = None) -> SimulationError:
         return fault_error(program, self.instances, control, at)
 
     def _initialize(
-        self, program: Program, control: np.record, start_values: Mapping[str, Any], solver_tolerance: float | None
+        self, program: Program, control: of.Control, start_values: Mapping[str, Any], solver_tolerance: float | None
     ) -> None:
         extra: dict[str, dict[str, Any]] = {name: {} for name in self.instances}
         for name, value in start_values.items():
@@ -253,17 +252,17 @@ class Simulation:
         program.reset()
         t = float(control.start)
         program.ask_functions(t)
-        if not compiled.initialize(program.address, control, t):
+        if not loop().initialize(program.address, control, t):
             raise self._fault(program, control, "initialization")
         self._scales = self._time_scales()
         if program.loops:
             self._solve_loops(program, control, t)
-        if program.clocks.ports and not start_clocks(program.address, control):
+        if program.clocks.ports and not loop().start_clocks(program.address, control):
             raise self._fault(program, control, "initialization")
         for instance in self.instances.values():
             instance.call("exitInitializationMode", at="initialization")
         in_event_mode = any(instance.event_mode for instance in self.instances.values())
-        if not compiled.begin(program.address, control, t, in_event_mode):
+        if not loop().begin(program.address, control, t, in_event_mode):
             raise self._fault(program, control, "initialization")
 
     def _time_scales(self) -> dict[Port, float]:
@@ -274,15 +273,15 @@ class Simulation:
                 found[port] = float(self.instances[port[0]].get_values([port[1]])[0])
         return found
 
-    def _solve_loops(self, program: Program, control: np.record, t: float) -> None:
+    def _solve_loops(self, program: Program, control: of.Control, t: float) -> None:
         def exchange() -> None:
-            if not compiled.exchange(program.address, control, t):
+            if not loop().exchange(program.address, control, t):
                 raise self._fault(program, control, "initialization")
 
         solve_loops(program.loops, program.layout.bus, program.cut_places(), exchange)
 
     def _results(
-        self, program: Program, control: np.record, times: np.ndarray, record: np.ndarray, notes: tuple[str, ...]
+        self, program: Program, control: of.Control, times: np.ndarray, record: np.ndarray, notes: tuple[str, ...]
     ) -> Results:
         """The results recorded so far."""
         times, columns = times[: control.rows], np.ascontiguousarray(record[: control.rows].T)
@@ -303,7 +302,7 @@ class Simulation:
         )
 
 
-def set_exact(control: np.record, program: Program, exact: bool) -> None:
+def set_exact(control: of.Control, program: Program, exact: bool) -> None:
     """Whether steps end at events; if not, clocks tick at points of the grid, and tables jump there."""
     control.exact = exact or bool(program.clocks.ports)
     control.on_grid = control.exact and not exact
@@ -334,7 +333,7 @@ def ends_whole(start_time: float, stop_time: float, step: float, steps: int) -> 
     return abs(start_time + steps * step - stop_time) <= 1e-9 * step + 4.0 * math.ulp(max(abs(start_time), abs(stop_time)))
 
 
-def _record_into(control: np.record, times: np.ndarray, record: np.ndarray) -> None:
+def _record_into(control: of.Control, times: np.ndarray, record: np.ndarray) -> None:
     """Have the loop go on writing rows to these arrays, of shapes (rows,) and (rows, recorded)."""
     control.room = len(times)
     control.next_time = times.ctypes.data + int(control.rows) * times.itemsize

@@ -7,14 +7,15 @@ by the FMUs' saved states and tried again, shorter. What goes on is the result o
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Mapping
 
 import numpy as np
 
 from shaper_fmu.errors import ModelError, SimulationError
-from shaper_fmu.master import compiled
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.loop_library import loop
 from shaper_fmu.master.program import Program
 
 _SHORTEST = 1e-9
@@ -33,7 +34,7 @@ def check_rollback(instances: Mapping[str, Instance]) -> None:
             raise ModelError([f"control of the step size needs steps of other lengths, which {name} does not take"])
 
 
-def ask_functions(program: Program, control: np.record, target: float) -> None:
+def ask_functions(program: Program, control: of.Control, target: float) -> None:
     """Ask the functions that give inputs for the values that a step to the target needs."""
     if control.exchange:
         program.ask_functions(target)
@@ -44,7 +45,7 @@ def ask_functions(program: Program, control: np.record, target: float) -> None:
 class StepControl:
     """Steps of controlled size within the intervals of the grid; `tolerance` is relative to 1 + |value|, per step."""
 
-    def __init__(self, program: Program, control: np.record, tolerance: float):
+    def __init__(self, program: Program, control: of.Control, tolerance: float):
         self._order = 2 if program.linear_inputs else 1
         control.returning = 1
         check_rollback(program.instances)
@@ -57,22 +58,22 @@ class StepControl:
         """Take one accepted step; returns a code of the compiled loop's."""
         control, address = self._control, self._program.address
         if control.done >= control.steps:
-            return compiled.FINISHED
+            return of.FINISHED
         if control.rows + 2 > control.room:
-            return compiled.FULL
+            return of.FULL
         while True:
-            compiled.plan_step(address, control)
+            loop().plan_step(address, control)
             t, end, whole = float(control.t), float(control.target), bool(control.at_grid)
             h = end - t if end - t <= self._step * (1.0 + 1e-9) else self._step
             reaches_end = h == end - t
             error = self._both_ways(t, t + h if not reaches_end else end, whole and reaches_end)
             if error is None:
-                return compiled.FAULT
+                return of.FAULT
             factor = min(_MOST, max(_LEAST, _SAFETY * (1.0 / max(error, 1e-10)) ** (1.0 / (self._order + 1))))
             if error <= 1.0:
                 self._step = min(float(control.step), max(self._step, h) * factor if reaches_end else h * factor)
-                compiled.first_row(address, control)
-                return compiled.FINISHED if control.done >= control.steps else compiled.GOING_ON
+                loop().first_row(address, control)
+                return of.FINISHED if control.done >= control.steps else of.GOING_ON
             self.rejected += 1
             self._step = h * factor
             if self._step < _SHORTEST * float(control.step):
@@ -84,9 +85,9 @@ class StepControl:
     def _both_ways(self, t: float, end: float, at_grid: bool) -> float | None:
         """Step from t to the end once whole, then by halves; the error over the tolerance, or None for a fault."""
         control, bus = self._control, self._program.layout.bus
+        control.silent = 1
         saved = _Saved(self._program, control)
         try:
-            control.silent = 1
             if not self._take(end, at_grid):
                 return None
             once = bus[self._judged].copy()
@@ -108,28 +109,26 @@ class StepControl:
     def _take(self, target: float, at_grid: bool) -> bool:
         self._control.target, self._control.at_grid, self._control.at_event = target, at_grid, 0
         ask_functions(self._program, self._control, target)
-        return bool(compiled.take_planned_step(self._program.address, self._control))
+        return bool(loop().take_planned_step(self._program.address, self._control))
 
 
 class _Saved:
     """All that a step changes: the FMUs' states and the loop's numbers."""
 
-    def __init__(self, program: Program, control: np.record):
+    def __init__(self, program: Program, control: of.Control):
         self._program, self._control = program, control
         self._states = {name: instance.save_state() for name, instance in program.instances.items()}
         layout = program.layout
         changed = (layout.bus, layout.tables, layout.instances, layout.slopes, layout.guards, layout.watched, layout.clocks)
         self._arrays = [(array, array.copy()) for array in changed]
-        self._numbers = {name: control[name].item() for name in of.CONTROL.names or ()}
+        self._numbers = of.Control.from_buffer_copy(control)
 
     def restore(self) -> None:
         for name, state in self._states.items():
             self._program.instances[name].restore_state(state)
         for array, content in self._arrays:
             array[:] = content
-        for name, number in self._numbers.items():
-            if name != "silent":
-                self._control[name] = number
+        ctypes.pointer(self._control)[0] = self._numbers
 
     def free(self) -> None:
         for name, state in self._states.items():

@@ -6,32 +6,41 @@ says of which variables and in which way (`Needs`), and makes its value of them.
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import Any, ClassVar, NamedTuple
 
 import msgspec
 import numpy as np
 
-# What the loop gathers besides the first and the last value.
-EXTREMES, ENVELOPE, OUTSIDE, SQUARE = range(4)
+from shaper_fmu.records import record
 
-GATHERED = np.dtype(
-    [
-        ("kind", "i4"),
-        ("place", "i4"),
-        ("command", "i4"),  # whose last change begins it; -1 for none
-        ("rate", "i4"),
-        ("parameter", "f8"),
-        ("rest", "f8"),
-        ("commanded", "f8"),
-        ("begin", "f8"),
-        ("time", "f8"),  # of the last value
-        ("first", "f8"),
-        ("last", "f8"),
-        ("largest", "f8"),
-        ("smallest", "f8"),
-        ("sum", "f8"),
-    ],
-    align=True,
+
+class Gathering(IntEnum):
+    """What the loop gathers besides the first and the last value."""
+
+    EXTREMES, ENVELOPE, OUTSIDE, SQUARE = range(4)
+
+
+EXTREMES, ENVELOPE, OUTSIDE, SQUARE = Gathering
+
+GATHERED = record(
+    "Metric",
+    """
+    int32_t kind;
+    int32_t place;
+    int32_t command;                // whose last change begins it; -1 for none
+    int32_t rate;
+    double parameter;
+    double rest;
+    double commanded;
+    double begin;
+    double time;                    // of the last value
+    double first;
+    double last;
+    double largest;
+    double smallest;
+    double sum;
+    """,
 )
 """A metric's numbers in the loop; `begin` and `time` are those of the first and the last value [s]."""
 

@@ -7,8 +7,9 @@ import hashlib
 import json
 from typing import Any
 
+import numpy as np
+
 from shaper_fmu.component import Component, Variable
-from shaper_fmu.export.compile import record_dtype
 from shaper_fmu.export.model_description import visible_variables
 
 _CAUSALITIES = {
@@ -42,7 +43,7 @@ def component_table(component: type[Component], token: str) -> str:
     }
     announced = [str(offsets.get(name, -1)) for name in ("next_event_time", "next_kink_time")]
     fields = [
-        _text(component.__name__), _text(token), f"UINT64_C({layout_digest(component)})", str(record_dtype(component).itemsize),
+        _text(component.__name__), _text(token), f"UINT64_C({layout_digest(component)})", str(_record_dtype(component).itemsize),
         str(offsets["left_limits"]), *announced, str(int(component.sampled)), str(int(component.continuous_states is not None)),
     ]  # fmt: skip
     counts = {name: str(len(rows)) for name, (_, rows) in arrays.items()}
@@ -61,8 +62,14 @@ def component_table(component: type[Component], token: str) -> str:
 
 def record_offsets(component: type[Component]) -> dict[str, int]:
     """Where each variable begins in the record, in bytes."""
-    fields = record_dtype(component).fields or {}
+    fields = _record_dtype(component).fields or {}
     return {name: int(field[1]) for name, field in fields.items()}
+
+
+def _record_dtype(component: type[Component]) -> np.dtype:
+    from shaper_fmu.export.compile import record_dtype  # loads the kernels' compiler, which only builders need
+
+    return record_dtype(component)
 
 
 def layout_digest(component: type[Component]) -> int:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from shaper_fmu.errors import SimulationError
-from shaper_fmu.master import compiled
 from shaper_fmu.master import layout as of
+from shaper_fmu.master.loop_library import loop
 from shaper_fmu.master.once import once_key
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
@@ -40,7 +40,7 @@ class SettledRuns(Simulation):
         self._settled = settled
         self._states: dict[str, Any] = {}
         self._arguments: tuple[Any, ...] = ()
-        self._kept: tuple[dict[str, np.ndarray], np.ndarray, dict[str, Any]] = {}, np.empty(0), {}
+        self._kept: tuple[dict[str, np.ndarray], np.ndarray, bytes] = {}, np.empty(0), b""
 
     @staticmethod
     def serves(system: System) -> bool:
@@ -60,9 +60,7 @@ class SettledRuns(Simulation):
         for name, content in arrays.items():
             getattr(program.layout, name)[:] = content
         program.layout.instances["next_event"] = next_event
-        control = np.zeros(1, of.CONTROL).view(np.recarray)[0]
-        for name, number in numbers.items():
-            setattr(control, name, number)
+        control = of.Control.from_buffer_copy(numbers)
         control.jump = control.rows = 0
         for name, state in self._states.items():
             self.instances[name].restore_state(state)
@@ -83,31 +81,31 @@ class SettledRuns(Simulation):
         return super()._program(*arguments)
 
     def _stepped(
-        self, program: Program, control: np.record, progress: Any, notes: tuple[str, ...], controller: StepControl | None
+        self, program: Program, control: of.Control, progress: Any, notes: tuple[str, ...], controller: StepControl | None
     ) -> Results:
         times, record = self._room(control)
         control.returning = 1
         control.at_grid = 1
-        compiled.first_row(program.address, control)
+        loop().first_row(program.address, control)
         self._go(program, control, self._settled)
         self._save(program, control)
         self._go(program, control, int(control.steps))
         return self._results(program, control, times, record, notes)
 
-    def _room(self, control: np.record) -> tuple[np.ndarray, np.ndarray]:
+    def _room(self, control: of.Control) -> tuple[np.ndarray, np.ndarray]:
         """Have the loop write its rows to new arrays."""
         rows = int(control.steps) + 2
         times, record = np.empty(rows), np.empty((rows, len(self._recorded)))
         control.room, control.next_time, control.next_row = rows, times.ctypes.data, record.ctypes.data
         return times, record
 
-    def _go(self, program: Program, control: np.record, steps: int) -> None:
+    def _go(self, program: Program, control: of.Control, steps: int) -> None:
         """Step until so many steps of the grid are done; each step of the loop does one at most."""
         while control.done < steps:
-            if compiled.run(program.address, control, min(steps - int(control.done), _CHUNK)) == compiled.FAULT:
+            if loop().run(program.address, control, min(steps - int(control.done), _CHUNK)) == of.FAULT:
                 raise self._fault(program, control)
 
-    def _save(self, program: Program, control: np.record) -> None:
+    def _save(self, program: Program, control: of.Control) -> None:
         try:
             for name, instance in self.instances.items():
                 self._states[name] = instance.save_state()
@@ -116,8 +114,7 @@ class SettledRuns(Simulation):
             raise
         layout = program.layout
         arrays = {name: getattr(layout, name).copy() for name in _RESTORED}
-        numbers = {name: control[name].item() for name in of.CONTROL.names or ()}
-        self._kept = arrays, layout.instances["next_event"].copy(), numbers
+        self._kept = arrays, layout.instances["next_event"].copy(), bytes(control)
 
 
 class Settling:

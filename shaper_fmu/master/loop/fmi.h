@@ -1,0 +1,49 @@
+/* The functions of FMI 2.0 and 3.0 that the loop calls, by their types.
+
+   FMI 3.0's boolean is C's bool, which must not hold other numbers than 0 and 1; some FMUs write others, so it is a byte here. */
+
+#ifndef FMI_H
+#define FMI_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef uint8_t Fmi3Boolean;
+
+/* fmi3EnterEventMode, fmi3EnterStepMode, fmi2Reset, fmi2EnterInitializationMode and the like */
+typedef int SimpleFunction(void *instance);
+
+/* fmi2GetReal, fmi2SetReal and the like; fmi3SetClock, fmi3GetClock, and fmi3GetShiftDecimal are called in the same way */
+typedef int Fmi2Transfer(void *instance, const uint32_t *references, size_t count, void *values);
+
+/* fmi3GetFloat64 and the like */
+typedef int Fmi3Transfer(void *instance, const uint32_t *references, size_t count, void *values, size_t value_count);
+
+typedef int Fmi2SetupExperiment(void *instance, int tolerance_defined, double tolerance, double start, int stop_defined, double stop);
+
+typedef int Fmi3EnterInitializationMode(void *instance, Fmi3Boolean tolerance_defined, double tolerance, double start,
+                                        Fmi3Boolean stop_defined, double stop);
+
+typedef int Fmi2SetRealInputDerivatives(void *instance, const uint32_t *references, size_t count, const int32_t *orders,
+                                        const double *values);
+
+typedef int Fmi2DoStep(void *instance, double t, double h, int no_going_back);
+
+typedef int Fmi3DoStep(void *instance, double t, double h, Fmi3Boolean no_going_back, Fmi3Boolean *event_needed,
+                       Fmi3Boolean *terminate, Fmi3Boolean *early_return, double *reached);
+
+typedef int Fmi3UpdateDiscreteStates(void *instance, Fmi3Boolean *again, Fmi3Boolean *terminate, Fmi3Boolean *nominals_changed,
+                                     Fmi3Boolean *values_changed, Fmi3Boolean *event_defined, double *event_time);
+
+typedef int Fmi3GetIntervalDecimal(void *instance, const uint32_t *references, size_t count, double *intervals,
+                                   int *qualifiers);
+
+typedef int Fmi3GetIntervalFraction(void *instance, const uint32_t *references, size_t count, uint64_t *counters,
+                                    uint64_t *resolutions, int *qualifiers);
+
+typedef int Fmi3GetShiftDecimal(void *instance, const uint32_t *references, size_t count, double *shifts);
+
+typedef int Fmi3GetShiftFraction(void *instance, const uint32_t *references, size_t count, uint64_t *counters,
+                                 uint64_t *resolutions);
+
+#endif
