@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+from compiled_once import compile_once
 from hypothesis import settings
 
+import shaper_fmu
 from shaper_fmu.component import Component
 from shaper_fmu.export.build import build_fmu
 from shaper_fmu.registry import components, load_components
@@ -40,14 +44,33 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.thorough)
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """The package under test is this checkout's: here, and in the processes that tests start in other folders."""
+    if os.environ.get("PYTEST_XDIST_WORKER"):
+        return  # the first process has looked
+    own = Path(__file__).parents[1] / "shaper_fmu" / "__init__.py"
+    code = "from importlib.util import find_spec; spec = find_spec('shaper_fmu'); print(spec and spec.origin)"
+    started = subprocess.run([sys.executable, "-c", code], cwd="/", capture_output=True, text=True, check=True).stdout.strip()
+    for where, found in (("here", str(shaper_fmu.__file__)), ("in processes that tests start", started)):
+        if not Path(found).exists() or not own.samefile(found):
+            raise pytest.UsageError(f"tests are of {own}, but `import shaper_fmu` {where} finds {found}: pip install --editable .")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _compiled_once(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Workers share the compiling of what many tests need."""
+    workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    if workers > 1 and any("fmus" in getattr(item, "fixturenames", ()) for item in request.session.items):
+        folder = tmp_path_factory.getbasetemp().parent / "compiled_once"
+        folder.mkdir(exist_ok=True)
+        compile_once(components(), folder)
+
+
 @pytest.fixture(scope="session")
 def fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the native FMUs of all components, FMI 2.0, for this machine."""
     folder = tmp_path_factory.mktemp("fmus")
-    found = list(components().values())
-    if os.environ.get("PYTEST_XDIST_WORKER", "gw0")[-1] in "13579":
-        found.reverse()  # workers with an empty cache compile half of them each, and find the others
-    for component in found:
+    for component in components().values():
         build_fmu(component, folder, platforms=["this"])
     return folder
 

@@ -3,45 +3,48 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+from command_line import in_a_process, typed
 from conftest import GAIN
+
+from shaper_fmu.registry import components
 
 SYSTEMS = Path(__file__).parents[2] / "ssp"
 PNG = b"\x89PNG\r\n\x1a\n"
-
-
-def command(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-    code = "from shaper_fmu.cli.main import main; main()"
-    return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=900)
+CRANE = ("MotionProfile", "InputShaper", "OverheadCrane")
 
 
 @pytest.fixture(scope="module")
 def workshop(tmp_path_factory) -> Path:
     """A folder in which the FMUs and the crane have been built by the command line."""
     folder = tmp_path_factory.mktemp("workshop")
-    built = command("build", cwd=folder)
-    assert built.returncode == 0, built.stderr
-    assert "built fmus/InputShaper.fmu" in built.stdout
+    built = in_a_process("build", *CRANE, "--platform", "this", cwd=folder)
+    assert (built.returncode, built.stdout) == (0, "".join(f"built fmus/{name}.fmu\n" for name in CRANE)), built.stderr
     (folder / "crane").symlink_to(SYSTEMS / "overhead_crane")
-    packed = command("build", "crane", cwd=folder)
+    packed = typed("build", "crane", cwd=folder)
     assert (packed.returncode, packed.stdout) == (0, "built crane.ssp\n")
     return folder
 
 
+@pytest.mark.thorough
+def test_build_without_names_builds_all_components(tmp_path):
+    done = typed("build", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "".join(f"built fmus/{name}.fmu\n" for name in components())
+
+
 def test_list_names_components_and_variables(tmp_path):
-    assert "MassSpringDamper" in command("list", cwd=tmp_path).stdout
-    shown = command("list", "MassSpringDamper", cwd=tmp_path).stdout
+    assert "MassSpringDamper" in typed("list", cwd=tmp_path).stdout
+    shown = typed("list", "MassSpringDamper", cwd=tmp_path).stdout
     for words in ("stiffness", "N.s/m", "viscous", "> 0"):
         assert words in shown
 
 
 def test_help_names_every_command(tmp_path):
-    done = command("--help", cwd=tmp_path)
+    done = in_a_process("--help", cwd=tmp_path)
     assert done.returncode == 0
     for name in ("list", "build", "check", "run", "sweep", "report", "Exit codes"):
         assert name in done.stdout
@@ -49,7 +52,7 @@ def test_help_names_every_command(tmp_path):
 
 def test_run_prints_writes_and_reports(workshop):
     options = ["--stop-time", "3", "--set", "crane.initial_rope_length=5", "--output", "r.csv", "--report", "r.html"]
-    done = command("run", "crane.ssp", *options, cwd=workshop)
+    done = typed("run", "crane.ssp", *options, cwd=workshop)
     assert done.returncode == 0, done.stderr
     assert "crane.load_position" in done.stdout
     header, *rows = (workshop / "r.csv").read_text().splitlines()
@@ -79,17 +82,17 @@ def test_sweep_resumes_and_reports(workshop):
     for old, new in (("../overhead_crane.ssp", "../crane.ssp"), ("step = 0.01", "step = 0.05"), ("points = 13", "points = 2")):
         study = study.replace(old, new)
     (workshop / "short" / "study.toml").write_text(study)
-    first = command("sweep", "short/study.toml", "--store", "s.sqlite", cwd=workshop)
+    first = typed("sweep", "short/study.toml", "--store", "s.sqlite", cwd=workshop)
     assert first.returncode == 0, first.stderr
     assert "9 of 9 runs done, in s.sqlite" in first.stdout
     for words in ("5.6 m (-30 %)", "8 m (nominal)", "10.4 m (+30 %)", "unshaped", "ZVD"):
         assert words in first.stdout
     assert "0 of 9" in first.stderr
-    again = command("sweep", "short/study.toml", "--store", "s.sqlite", cwd=workshop)
+    again = typed("sweep", "short/study.toml", "--store", "s.sqlite", cwd=workshop)
     assert again.stdout == first.stdout
     assert "9 of 9" in again.stderr
     assert "0 of 9" not in again.stderr
-    report = command("report", "s.sqlite", "--output", "s.html", cwd=workshop)
+    report = typed("report", "s.sqlite", "--output", "s.html", cwd=workshop)
     assert report.returncode == 0, report.stderr
     page = (workshop / "s.html").read_text()
     resources = Resources()
@@ -105,15 +108,15 @@ def test_sweep_resumes_and_reports(workshop):
 
 def test_a_users_component_is_built(tmp_path):
     (tmp_path / "gain.py").write_text(GAIN.format(factor=2.0))
-    done = command("build", "gain.py", "--output", ".", cwd=tmp_path)
+    done = typed("build", "gain.py", "--output", ".", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (0, "built Gain.fmu\n")
-    checked = command("check", "Gain.fmu", cwd=tmp_path)
+    checked = typed("check", "Gain.fmu", cwd=tmp_path)
     assert (checked.returncode, checked.stdout) == (0, "")
 
 
 def test_check_names_problems_and_exits_with_one(workshop):
     (workshop / "text.fmu").write_text("no archive")
-    done = command("check", "crane.ssp", "fmus/InputShaper.fmu", "text.fmu", cwd=workshop)
+    done = typed("check", "crane.ssp", "fmus/InputShaper.fmu", "text.fmu", cwd=workshop)
     assert done.returncode == 1
     assert done.stdout.count("\n") == 1
     assert done.stdout.startswith("text.fmu: text.fmu: not a readable archive")
@@ -134,15 +137,22 @@ def test_check_names_problems_and_exits_with_one(workshop):
     ],
 )
 def test_errors_are_one_line_with_an_exit_code(workshop, arguments, code, words):
-    done = command(*arguments, cwd=workshop)
+    done = typed(*arguments, cwd=workshop)
     assert done.returncode == code
     assert words in done.stderr
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.parametrize(("text", "code"), [("crane.damping_ratio=-1", 1), ("crane", 2)])
+def test_a_process_exits_with_the_code(workshop, text, code):
+    done = in_a_process("run", "crane.ssp", "--set", text, "--stop-time", "1", cwd=workshop)
+    assert (done.returncode, done.stdout, "Traceback" in done.stderr) == (code, "", False)
+    assert done.stderr
+
+
 def test_design_prints_and_plots(tmp_path):
     """Amplitudes of a ZVD at 10 % damping: K = exp(-zeta pi / sqrt(1 - zeta^2)), 1, 2K, K^2 over (1 + K)^2."""
-    done = command("design", "zvd", "--natural-frequency", "5", "--damping-ratio", "0.1", "--plot", "zvd.html", cwd=tmp_path)
+    done = typed("design", "zvd", "--natural-frequency", "5", "--damping-ratio", "0.1", "--plot", "zvd.html", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     for words in ("0.3344149079", "0.4877425475", "0.1778425446", "1.26296777 s", "0.34024", "wrote zvd.html"):
         assert words in done.stdout
@@ -151,7 +161,7 @@ def test_design_prints_and_plots(tmp_path):
 
 
 def test_design_of_a_specified_insensitivity_lies_on_the_floor(tmp_path):
-    done = command("design", "si", "--low", "4", "--high", "6", cwd=tmp_path)
+    done = typed("design", "si", "--low", "4", "--high", "6", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "0.80000 to 1.20000" in done.stdout
     assert "0.00%" in done.stdout
@@ -159,7 +169,7 @@ def test_design_of_a_specified_insensitivity_lies_on_the_floor(tmp_path):
 
 def test_design_proves_a_bound_of_the_residual_vibration(tmp_path):
     """An undamped ZV has V = |cos(pi w / (2 wn))| exactly, largest at the ends of a band about wn: sin(0.05 pi) for +-10 %."""
-    done = command("design", "zv", "-w", "5", "--low", "4.5", "--high", "5.5", cwd=tmp_path)
+    done = typed("design", "zv", "-w", "5", "--low", "4.5", "--high", "5.5", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "Proven: 4.5 to 5.5 rad/s, damping ratio 0 to 0" in done.stdout
     assert f"{100.0 * math.sin(0.05 * math.pi):.6f} %" in done.stdout
@@ -178,7 +188,7 @@ def test_design_proves_a_bound_of_the_residual_vibration(tmp_path):
     ],
 )
 def test_design_tells_what_is_wrong(tmp_path, arguments, code, words):
-    done = command(*arguments, cwd=tmp_path)
+    done = typed(*arguments, cwd=tmp_path)
     assert (done.returncode, "Traceback" in done.stderr) == (code, False)
     assert words in done.stderr
 
@@ -196,7 +206,7 @@ def test_design_tells_what_is_wrong(tmp_path, arguments, code, words):
     ],
 )
 def test_design_of_profiles_and_pulses(tmp_path, arguments, words):
-    done = command("design", *arguments, cwd=tmp_path)
+    done = typed("design", *arguments, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     for word in words:
         assert word in done.stdout

@@ -12,12 +12,12 @@ import time
 from pathlib import Path
 
 import pytest
+from command_line import MAIN, in_a_process, typed
 
 from shaper_fmu.ssp.archive import pack_ssp
 from shaper_fmu.sweep.store import Store
 
 SYSTEMS = Path(__file__).parents[2] / "ssp"
-MAIN = "from shaper_fmu.cli.main import main; main()"
 
 STUDY = """
 name = "small"
@@ -44,10 +44,6 @@ output = "crane.swing_angle"
 FAILING = STUDY.replace("ZV = { ", 'ZV = { "crane.hoist_speed" = 0.45, ')
 
 
-def command(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-c", MAIN, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=900)
-
-
 @pytest.fixture(scope="module")
 def archive(fmus, tmp_path_factory) -> bytes:
     folder = tmp_path_factory.mktemp("archive")
@@ -66,23 +62,26 @@ def content(store: Path) -> list[tuple]:
         return [(r.id, r.compared, tuple(r.varied.items()), r.status, tuple(r.metrics.items()), r.reason) for r in opened.runs()]
 
 
-def test_all_ways_to_run_give_the_same(workshop):
-    pytest.importorskip("distributed")
-    tables = []
-    for i, options in enumerate((["--workers", "0"], ["--workers", "2"], ["--dask", "local", "--workers", "1"])):
-        done = command("sweep", "study.toml", "--store", f"{i}.sqlite", *options, cwd=workshop)
-        assert done.returncode == 0, done.stderr
-        assert f"10 of 10 runs done, in {i}.sqlite" in done.stdout
-        tables.append(done.stdout.replace(f"{i}.sqlite", "s.sqlite"))
-        assert content(workshop / f"{i}.sqlite") == content(workshop / "0.sqlite")
-    assert tables[0] == tables[1] == tables[2]
+@pytest.mark.parametrize(
+    "options", [["--workers", "2"], pytest.param(["--dask", "local", "--workers", "1"], marks=pytest.mark.thorough)]
+)
+def test_all_ways_to_run_give_the_same(workshop, options):
+    if "--dask" in options:
+        pytest.importorskip("distributed")
+    here = typed("sweep", "study.toml", "--store", "0.sqlite", "--workers", "0", cwd=workshop)
+    done = in_a_process("sweep", "study.toml", "--store", "1.sqlite", *options, cwd=workshop)
+    for i, run in enumerate((here, done)):
+        assert run.returncode == 0, run.stderr
+        assert f"10 of 10 runs done, in {i}.sqlite" in run.stdout
+    assert content(workshop / "1.sqlite") == content(workshop / "0.sqlite")
+    assert done.stdout.replace("1.sqlite", "0.sqlite") == here.stdout
     for words in ("6 m", "8 m", "10 m", "unshaped", "ZV"):
-        assert words in tables[0]
+        assert words in here.stdout
 
 
 def test_failed_runs_are_grouped_told_and_tried_again_on_demand(workshop):
     (workshop / "study.toml").write_text(FAILING.replace("low = 6.0", "low = 5.0"))
-    first = command("sweep", "study.toml", "--store", "s.sqlite", "--workers", "0", cwd=workshop)
+    first = typed("sweep", "study.toml", "--store", "s.sqlite", "--workers", "0", cwd=workshop)
     assert first.returncode == 1
     assert "10 of 12 runs done" in first.stdout
     # 5 m and 6.25 m of rope fail at other times for the same reason: one line
@@ -90,10 +89,10 @@ def test_failed_runs_are_grouped_told_and_tried_again_on_demand(workshop):
     assert len(told) == 1
     assert told[0].startswith("2 runs failed, the first of them run 6 (ZV; crane.initial_rope_length = 5): ")
     assert "2 failed" in first.stderr
-    again = command("sweep", "study.toml", "--store", "s.sqlite", "--workers", "0", cwd=workshop)
+    again = typed("sweep", "study.toml", "--store", "s.sqlite", "--workers", "0", cwd=workshop)
     assert (again.returncode, again.stdout) == (1, first.stdout)
     assert "sweeping small: 12 of 12, 2 failed\n" in again.stderr  # nothing is run
-    retried = command("sweep", "study.toml", "--store", "s.sqlite", "--workers", "0", "--retry-failed", cwd=workshop)
+    retried = typed("sweep", "study.toml", "--store", "s.sqlite", "--workers", "0", "--retry-failed", cwd=workshop)
     assert retried.returncode == 1
     assert "sweeping small: 10 of 12\n" in retried.stderr
     assert re.search(r"sweeping small: 12 of 12, 2 failed, \d", retried.stderr)
@@ -103,7 +102,7 @@ def test_failed_runs_are_grouped_told_and_tried_again_on_demand(workshop):
 @pytest.mark.parametrize("workers", ["0", "2"])
 def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(workshop, workers):
     (workshop / "study.toml").write_text(STUDY.replace("step = 0.05", "step = 0.001").replace("points = 5", "points = 151"))
-    arguments = [sys.executable, "-c", MAIN, "sweep", "study.toml", "--store", "s.sqlite", "--workers", workers]
+    arguments = [*MAIN, "sweep", "study.toml", "--store", "s.sqlite", "--workers", workers]
     with subprocess.Popen(arguments, cwd=workshop, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
         while running.poll() is None and not finished(workshop / "s.sqlite"):
             time.sleep(0.02)
@@ -116,7 +115,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(workshop, wo
     kept = content(workshop / "s.sqlite")
     assert sum(run[3] == "done" for run in kept) == int(found[1])
     assert 0 < int(found[1]) < 302
-    rest = command("sweep", "study.toml", "--store", "s.sqlite", "--workers", workers, cwd=workshop)
+    rest = typed("sweep", "study.toml", "--store", "s.sqlite", "--workers", workers, cwd=workshop)
     assert rest.returncode == 0, rest.stderr
     assert f"sweeping small: {found[1]} of 302\n" in rest.stderr
     assert "302 of 302 runs done" in rest.stdout
@@ -140,7 +139,7 @@ def test_a_terminal_shows_a_bar_with_rate_and_time_left(workshop):
 
     (workshop / "study.toml").write_text(STUDY.replace("step = 0.05", "step = 0.002").replace("points = 5", "points = 201"))
     screen, terminal = pty.openpty()
-    arguments = [sys.executable, "-c", MAIN, "sweep", "study.toml", "--store", "s.sqlite", "--workers", "0"]
+    arguments = [*MAIN, "sweep", "study.toml", "--store", "s.sqlite", "--workers", "0"]
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "120"}
     shown = b""
     with subprocess.Popen(arguments, cwd=workshop, stdout=subprocess.DEVNULL, stderr=terminal, env=environment) as running:
@@ -158,7 +157,7 @@ def test_a_terminal_shows_a_bar_with_rate_and_time_left(workshop):
 def test_a_sampled_plan_tells_how_the_metrics_are_distributed(workshop):
     plan = '\n[plan]\nkind = "latin_hypercube"\nsamples = 8\n'
     (workshop / "study.toml").write_text(STUDY.replace("points = 5\n", plan).replace('reference = "unshaped"\n', ""))
-    done = command("sweep", "study.toml", "--store", "s.sqlite", "--workers", "0", cwd=workshop)
+    done = typed("sweep", "study.toml", "--store", "s.sqlite", "--workers", "0", cwd=workshop)
     assert done.returncode == 0, done.stderr
     assert "16 of 16 runs done" in done.stdout
     with Store(workshop / "s.sqlite") as store:
@@ -168,14 +167,14 @@ def test_a_sampled_plan_tells_how_the_metrics_are_distributed(workshop):
 
 
 def test_export_writes_by_the_ending(workshop):
-    assert command("sweep", "study.toml", "--store", "s.sqlite", "--workers", "0", cwd=workshop).returncode == 0
-    done = command("export", "s.sqlite", "--output", "runs.csv", cwd=workshop)
+    assert typed("sweep", "study.toml", "--store", "s.sqlite", "--workers", "0", cwd=workshop).returncode == 0
+    done = typed("export", "s.sqlite", "--output", "runs.csv", cwd=workshop)
     assert (done.returncode, done.stdout) == (0, "wrote runs.csv: 10 runs\n")
     head, *rows = (workshop / "runs.csv").read_text().splitlines()
     assert head == "run,case,crane.initial_rope_length,peak_swing,status,reason,seconds,attempts"
     assert len(rows) == 10
     pytest.importorskip("pyarrow")
-    done = command("export", "s.sqlite", "--output", "runs.parquet", cwd=workshop)
+    done = typed("export", "s.sqlite", "--output", "runs.parquet", cwd=workshop)
     assert (done.returncode, done.stdout) == (0, "wrote runs.parquet: 10 runs\n")
     assert (workshop / "runs.parquet").read_bytes().startswith(b"PAR1")
 
@@ -192,13 +191,13 @@ def test_export_writes_by_the_ending(workshop):
     ],
 )
 def test_errors_are_one_line_with_an_exit_code(workshop, arguments, code, words):
-    done = command(*arguments, cwd=workshop)
+    done = typed(*arguments, cwd=workshop)
     assert (done.returncode, "Traceback" in done.stderr) == (code, False)
     assert words in done.stderr
 
 
 def test_the_example_of_the_help_runs(workshop):
-    lines = command("sweep", "--help", cwd=workshop).stdout.splitlines()
+    lines = typed("sweep", "--help", cwd=workshop).stdout.splitlines()
     begin = next(i for i, line in enumerate(lines) if 'name = "rope"' in line)
     end = next(i for i in range(begin, len(lines)) if not lines[i].strip())
     text = "\n".join(line.strip() for line in lines[begin:end])
@@ -206,6 +205,6 @@ def test_the_example_of_the_help_runs(workshop):
     written = [line.split()[1:] for line in lines if line.strip().startswith("shaper-fmu")]
     assert [words[0] for words in written] == ["sweep", "report", "export"]
     for words in (written[0], written[2]):  # reports are tested with the other commands
-        done = command(*words, cwd=workshop)
+        done = typed(*words, cwd=workshop)
         assert done.returncode == 0, done.stderr
     assert (workshop / "rope.csv").read_text().count("\n") == 1 + 2 * 3

@@ -5,17 +5,13 @@ A file's content, and what a run comes to, are not the usage: those are problems
 
 from __future__ import annotations
 
-import io
 import os
-import subprocess
-import sys
-from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import pytest
+from command_line import typed
 from test_cli_sweep import STUDY
 
-from shaper_fmu.cli.main import main
 from shaper_fmu.ssp.archive import pack_ssp
 
 SYSTEMS = Path(__file__).parents[2] / "ssp"
@@ -30,20 +26,6 @@ amplitude = [1.0]
 TUNE = ["tune", "plant.fmu", "--input", "force", "--output", "position"]
 RUN, DESIGN = ["run", "crane.ssp"], ["design", "zvd", "-w", "5"]
 NEW = ["new", "system", "--plant", "plant.fmu", "--input", "force", "--output", "position"]
-
-
-def typed(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-    """What the command does, in this process: Python need not start again for each."""
-    out, err, words = io.StringIO(), io.StringIO(), ["shaper-fmu", *map(str, arguments)]
-    code: object = 0
-    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
-        patch.chdir(cwd)
-        patch.setattr(sys, "argv", words)
-        try:
-            main()
-        except SystemExit as end:
-            code = end.code
-    return subprocess.CompletedProcess(words, code if isinstance(code, int) else 0, out.getvalue(), err.getvalue())
 
 
 @pytest.fixture(scope="module")

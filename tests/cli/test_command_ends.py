@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from command_line import MAIN
 from sweep_cases import workers_alive
 from waiting_fmu import waiting_files
 
 from shaper_fmu.sweep.store import Store
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals cannot be sent to another process there")
-MAIN = [sys.executable, "-c", "from shaper_fmu.cli.main import main; main()"]
 ENDS = {signal.SIGINT: (130, "interrupted"), signal.SIGTERM: (143, "ended by SIGTERM")}
 RUN = ["run", "waiting.ssp", "--stop-time", "1", "--step", "0.1"]
 

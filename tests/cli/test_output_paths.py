@@ -9,8 +9,8 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from command_line import typed
 from faulty_fmus import library
-from test_cli_usage import typed
 from test_process_state import DESCRIPTION
 
 from shaper_fmu.master.system import System

@@ -8,11 +8,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from command_line import MAIN
 from harmful_fmu import HARM, build_harmful
 from sweep_cases import harmful_study
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="what hears of the end is Linux's")
-MAIN = [sys.executable, "-c", "from shaper_fmu.cli.main import main; main()"]
 FORKING = """
 import multiprocessing, os, sys
 from shaper_fmu.master.system import System

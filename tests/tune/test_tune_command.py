@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
-import subprocess
-import sys
 import zipfile
-from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import Done, in_a_process, typed
 from move_records import driven
 from test_tune_experiment import pid_loop, swinging, three_mass_loop
 from three_mass_loop import closed_loop, response
 
 from shaper_fmu import ImpulseSequence, System, requirements_for, tune_plant, verify
-from shaper_fmu.cli.main import main
 from shaper_fmu.ssp.archive import load_ssp
 from shaper_fmu.ssp.check import check_ssp
 from shaper_fmu.ssp.parameter_sets import apply_parameter_set
@@ -27,25 +23,8 @@ W, ZETA = 5.0, 0.05
 PLANT = ["--set", "mass=2", "--set", "stiffness=50", "--set", "damping=1"]  # W and ZETA
 
 
-Done = subprocess.CompletedProcess[str]
-
-
 def tuned(*arguments: str | Path, cwd: Path) -> Done:
-    """What the command does, in this process: Python need not start again for each."""
-    out, err, words = io.StringIO(), io.StringIO(), ["shaper-fmu", "tune", *map(str, arguments)]
-    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
-        patch.chdir(cwd)
-        patch.setattr(sys, "argv", words)
-        with pytest.raises(SystemExit) as end:
-            main()
-    code = end.value.code
-    return Done(words, code if isinstance(code, int) else 0, out.getvalue(), err.getvalue())
-
-
-def typed(*arguments: str | Path, cwd: Path) -> Done:
-    """What it does as a user types it."""
-    words = [sys.executable, "-c", "from shaper_fmu.cli.main import main; main()", "tune", *map(str, arguments)]
-    return subprocess.run(words, capture_output=True, text=True, cwd=cwd, timeout=900)
+    return typed("tune", *arguments, cwd=cwd)
 
 
 def half_peak_to_peak(values: np.ndarray) -> float:
@@ -57,7 +36,7 @@ def spring(fmus, tmp_path_factory) -> tuple[Path, Done]:
     """A mass and a spring, tuned for a mass that varies by 10 %."""
     folder = tmp_path_factory.mktemp("tuned")
     plant = fmus / "MassSpringDamper.fmu"
-    done = typed(plant, "--input", "force", "--output", "position", "--vary", "mass=10%", *PLANT, cwd=folder)
+    done = in_a_process("tune", plant, "--input", "force", "--output", "position", "--vary", "mass=10%", *PLANT, cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder / "MassSpringDamper_tuned", done
 
