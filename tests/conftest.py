@@ -34,14 +34,27 @@ THOROUGH = {
 """Files of tests that `make test` leaves to `make test-all`: platforms, sanitizers, the wheel, other masters, papers, families."""
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what `make test` leaves out: whole files, and the components that are no representatives."""
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark what `make test` leaves out: whole files, and all but the representatives of what is tested over many values."""
     others = set(components()) - REPRESENTATIVES
     for item in items:
-        values = item.callspec.params.values() if isinstance(item, pytest.Function) and hasattr(item, "callspec") else ()
-        named = {getattr(value, "__name__", value) for value in values if isinstance(value, str | type)}
-        if item.path.name in THOROUGH or named & others:
+        params = item.callspec.params if isinstance(item, pytest.Function) and hasattr(item, "callspec") else {}
+        named = {getattr(value, "__name__", value) for value in params.values() if isinstance(value, str | type)}
+        kept = {name: values for mark in item.iter_markers("representatives") for name, values in mark.kwargs.items()}
+        if item.path.name in THOROUGH or named & others or any(params[name] not in values for name, values in kept.items()):
             item.add_marker(pytest.mark.thorough)
+    _check_representatives(config, items)
+
+
+def _check_representatives(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Representatives that are none of the values would take a test out of `make test` in silence."""
+    if any("::" in argument for argument in config.args):
+        return  # single values were asked for
+    chosen = {item.nodeid.split("[")[0] for item in items if item.get_closest_marker("representatives")}
+    first_tier = {item.nodeid.split("[")[0] for item in items if not item.get_closest_marker("thorough")}
+    if chosen - first_tier:
+        raise pytest.UsageError(f"none of the representatives is among the values of {', '.join(sorted(chosen - first_tier))}")
 
 
 def pytest_configure(config: pytest.Config) -> None:

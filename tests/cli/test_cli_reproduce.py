@@ -8,7 +8,8 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from test_cli import PNG, command
+from command_line import typed
+from test_cli import PNG
 from typer.testing import CliRunner
 
 from shaper_fmu import System, fmu_path
@@ -85,13 +86,13 @@ def test_a_run_that_fails_is_named_and_the_others_go_on(small, tmp_path):
 
 
 def test_an_unknown_name_is_wrong_usage(tmp_path):
-    done = command("reproduce", "two-prat", cwd=tmp_path)
+    done = typed("reproduce", "two-prat", cwd=tmp_path)
     assert done.returncode == 2
     assert "there is no 'two-prat'. Did you mean 'two-part'?" in " ".join(done.stderr.split())
     assert list(tmp_path.iterdir()) == []
 
 
 def test_help_tells_every_name(tmp_path):
-    done = command("reproduce", "--help", cwd=tmp_path)
+    done = typed("reproduce", "--help", cwd=tmp_path)
     for name in ("pwm", "s-curve", "two-part", "partial-modes", "unknown-parameters", "all"):
         assert name in done.stdout

@@ -98,6 +98,7 @@ def test_failed_runs_are_grouped_told_and_tried_again_on_demand(workshop):
     assert re.search(r"sweeping small: 12 of 12, 2 failed, \d", retried.stderr)
 
 
+@pytest.mark.representatives(workers=["2"])
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is another thing there")
 @pytest.mark.parametrize("workers", ["0", "2"])
 def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(workshop, workers):

@@ -57,6 +57,7 @@ def wait_for(state: Callable[[], object]) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.representatives(swallows=["false"])
 @pytest.mark.parametrize(
     ("number", "swallows"), [(signal.SIGINT, "false"), (signal.SIGINT, "true"), (signal.SIGTERM, "false"), (signal.SIGTERM, "true")]
 )
@@ -73,6 +74,7 @@ def test_a_run_ends_in_the_midst_of_a_step(files, temporary, number, swallows):
     assert list(temporary.iterdir()) == []
 
 
+@pytest.mark.representatives(number=[signal.SIGINT])
 @pytest.mark.parametrize(
     ("number", "workers", "swallows"),
     [(signal.SIGINT, "0", False), (signal.SIGTERM, "0", True), (signal.SIGINT, "2", False), (signal.SIGTERM, "2", False)],
@@ -97,6 +99,7 @@ def test_a_sweep_ends_with_no_run_failed_and_goes_on_later(files, temporary, num
     assert (done.returncode, "5 of 5 runs done" in done.stdout) == (0, True), done.stderr
 
 
+@pytest.mark.representatives(number=[signal.SIGTERM])
 @pytest.mark.parametrize("number", ENDS, ids=lambda number: number.name)
 def test_tune_ends_in_the_midst_of_an_experiment(files, temporary, number):
     arguments = ["tune", "waiting.ssp", "--input", "x.gain", "--output", "x.sum", "--output-folder", temporary.parent / "tuned"]

@@ -66,17 +66,20 @@ def test_run(workshop):
     assert f"wrote {LONG}.csv" in text
 
 
+@pytest.mark.thorough
 def test_check(workshop):
     text = said("check", f"{LONG}.txt", f"{LONG}.ssp", cwd=workshop, code=1)
     assert text.startswith(f"{LONG}.txt: ")
     assert len(text.splitlines()) == 1
 
 
+@pytest.mark.thorough
 def test_design(workshop):
     text = said("design", "zvd", "--natural-frequency", "5", "--plot", f"{LONG}.html", cwd=workshop)
     assert f"wrote {LONG}.html" in text
 
 
+@pytest.mark.thorough
 def test_modes(workshop):
     assert f"wrote {LONG}_modes.html" in said("design", "zv", "--modes", "modes.toml", "--plot", f"{LONG}_modes.html", cwd=workshop)
 
@@ -89,6 +92,7 @@ def test_sweep_and_report(workshop):
     assert f"wrote {LONG}.csv" in said("export", f"{LONG}.sqlite", "--output", f"{LONG}.csv", cwd=workshop)
 
 
+@pytest.mark.thorough
 def test_tune(workshop):
     """The damped ringing of one mode: exp(-d t) cos w t."""
     time = np.linspace(0.0, 20.0, 4001)
@@ -99,6 +103,7 @@ def test_tune(workshop):
     assert f"wrote {LONG}_tuned/report.html" in text
 
 
+@pytest.mark.thorough
 def test_new(workshop, fmus):
     names = [
         "--plant",
@@ -115,5 +120,6 @@ def test_new(workshop, fmus):
     assert f"try: shaper-fmu run {LONG}_new.ssp, and" in text
 
 
+@pytest.mark.thorough
 def test_build(workshop):
     assert f"built {LONG}/Gain.fmu" in said("build", f"{LONG}.py", "--output", LONG, cwd=workshop)

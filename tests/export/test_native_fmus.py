@@ -143,6 +143,7 @@ def test_outputs_read_between_set_and_step_follow_the_inputs_and_change_nothing(
     other.close()
 
 
+@pytest.mark.representatives(fmi=[3])
 @both_versions
 def test_builds_are_the_same_to_the_byte_with_all_platforms(fmi, tmp_path, monkeypatch):
     """In another cache: kernels and libraries are compiled anew."""

@@ -58,6 +58,7 @@ def test_the_description_has_no_findings(sized):
     assert fmu_problems(sized) == []
 
 
+@pytest.mark.representatives(size=[1, 40])
 @pytest.mark.parametrize("size", [1, 2, 3, 5, 40])
 def test_arrays_have_the_size_that_is_set(size, sized):
     factor, input_ = [2.0 + i for i in range(size)], [0.5 * i for i in range(size)]
@@ -238,6 +239,7 @@ def test_an_integer_that_feeds_an_enumeration_is_known_by_its_bounds(sized, tmp_
         fed_by_an_integer(tmp_path / "y.fmu", sized, ' min="1" max="3"')
 
 
+@pytest.mark.representatives(algorithm=["jacobi"])
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize(("mapping", "wrong"), [(None, 3), ({3: 7, 4: 1}, 5), (None, -1), (None, 2**40)])
 def test_a_number_that_is_no_item_ends_the_run(algorithm, mapping, wrong, sized, tmp_path):

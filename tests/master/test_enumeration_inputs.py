@@ -62,6 +62,7 @@ def parts(tmp_path_factory) -> dict[tuple[str, int], Path]:
     }
 
 
+@pytest.mark.representatives(versions=[(2, 3), (3, 2)])
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize("versions", [(2, 2), (2, 3), (3, 2), (3, 3)])
 def test_a_number_that_is_no_item_ends_the_run(parts, versions, algorithm):

@@ -150,6 +150,7 @@ output = "x.sum"
 """
 
 
+@pytest.mark.representatives(stays=[True])
 @pytest.mark.parametrize("stays", [False, True])
 def test_sweeps_go_on_in_new_processes(tmp_path, stays):
     """After instances that could not be freed, and where a reset leaves something behind and the library stays loaded, too."""

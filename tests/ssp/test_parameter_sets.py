@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from test_cli import command
+from command_line import typed
 
 from shaper_fmu.archives import read_archive, write_archive
 from shaper_fmu.errors import ArchiveError, ModelError
@@ -118,20 +118,20 @@ def test_a_file_that_is_no_set_is_refused(loaded, tmp_path):
 
 def test_run_and_check_on_the_command_line(archive):
     options = ["--parameter-set", "short", "--set", "train.frequency_ratio=13", "--output", "r.csv"]
-    done = command("run", archive.name, *options, cwd=archive.parent)
+    done = typed("run", archive.name, *options, cwd=archive.parent)
     assert done.returncode == 0, done.stderr
     header, *rows = (archive.parent / "r.csv").read_text().splitlines()
     reference = [float(row.split(",")[header.split(",").index("train.reference")]) for row in rows]
     assert (
         reference.index(526.59234576) == 123
     )  # its end: first communication point, in ms, at or after the travel time of 122.2 ms
-    missing = command("run", archive.name, "--parameter-set", "shot", cwd=archive.parent)
+    missing = typed("run", archive.name, "--parameter-set", "shot", cwd=archive.parent)
     assert (missing.returncode, missing.stderr.count("\n")) == (2, 1)
     assert "Did you mean 'short'?" in missing.stderr
     files = read_archive(archive.read_bytes(), archive.name)
     files["parameter_sets/wrong.ssv"] = ssv("plant.mas|<ssv:Real value='1'/>")
     write_archive(archive.with_name("wrong.ssp"), files)
-    checked = command("check", "pwm.ssp", "wrong.ssp", cwd=archive.parent)
+    checked = typed("check", "pwm.ssp", "wrong.ssp", cwd=archive.parent)
     assert checked.returncode == 1
     assert "wrong.ssp: parameter_sets/wrong.ssv, line 3: " in checked.stdout
     assert "pwm.ssp: " not in checked.stdout

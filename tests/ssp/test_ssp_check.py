@@ -8,9 +8,9 @@ import random
 import zipfile
 
 import pytest
+from command_line import typed
 from lxml import etree
 from right_system import BUS, COMMON, GAINS, MAPPING, RIGHT, SET, SSD, expected, save, system_files, wrong_files
-from test_cli import command
 from wrong_systems import WRONG
 
 from shaper_fmu.ssp.check import check_files, check_ssp
@@ -49,16 +49,16 @@ def test_the_command_prints_every_finding_and_exits_with_one(right, tmp_path):
     save(files, tmp_path / "wrong.ssp")
     save(right, tmp_path / "right.ssp")
     (tmp_path / "empty.ssp").write_bytes(b"")
-    done = command("check", "right.ssp", "wrong.ssp", "empty.ssp", cwd=tmp_path)
+    done = typed("check", "right.ssp", "wrong.ssp", "empty.ssp", cwd=tmp_path)
     *lines, empty = done.stdout.splitlines()
     assert (done.returncode, done.stderr) == (1, "")
     notes = ("", "note: ")  # a declared type is the FMU's business, and a value that nothing takes is ignored
     stops = ("comand" in one or "soon" in one for one in expected(WRONG[name], files))
     assert lines == [f"wrong.ssp: {notes[not stop]}{one}" for stop, one in zip(stops, expected(WRONG[name], files), strict=True)]
     assert empty.startswith("empty.ssp: empty.ssp: not a readable archive")
-    again = command("check", "right.ssp", cwd=tmp_path)
+    again = typed("check", "right.ssp", cwd=tmp_path)
     assert (again.returncode, again.stdout, again.stderr) == (0, "", "")
-    portable = command("check", "--portable", "right.ssp", cwd=tmp_path)
+    portable = typed("check", "--portable", "right.ssp", cwd=tmp_path)
     assert portable.returncode == 1
     assert "line 8: a nested system (command): libcosim and ecos refuse the archive" in portable.stdout
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import typed
 from other_masters import Job, run_jobs
-from test_cli import command
 from test_native_interoperability import PACKAGES, require
 from test_native_interoperability import pytestmark as where_the_masters_run
 
@@ -128,14 +128,14 @@ def test_a_point_of_a_sweep_is_a_parameter_set(fmus, tmp_path):
     with pytest.raises(StudyError, match="there is no run 99"):
         write_point(store, 99, tmp_path / "99.ssv")
     last = next(run for run in runs if run.compared == "ZVD" and run.varied["crane.initial_rope_length"] == 7.1)
-    done = command("export", "s.sqlite", "--run", str(last.id), "--output", "point.ssv", cwd=tmp_path)
+    done = typed("export", "s.sqlite", "--run", str(last.id), "--output", "point.ssv", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     parameters = read_parameter_set((tmp_path / "point.ssv").read_bytes(), "point.ssv").parameters
     assert [(p.name, p.type, p.value, p.unit) for p in parameters] == [
         ("shaper.shaper", "Enumeration", "zvd", None),
         ("crane.initial_rope_length", "Real", "7.1", "m"),
     ]
-    wrong = command("export", "s.sqlite", "--output", "point.ssv", cwd=tmp_path)
+    wrong = typed("export", "s.sqlite", "--output", "point.ssv", cwd=tmp_path)
     assert (wrong.returncode, "give --run" in wrong.stderr) == (2, True)
 
 
@@ -184,11 +184,11 @@ def test_a_template_needs_the_plants_names(fmus, tmp_path, input_, output, words
 def test_the_template_on_the_command_line(fmus, tmp_path):
     shutil.copy(fmus / "OverheadCrane.fmu", tmp_path / "crane.fmu")
     names = ["--plant", "crane.fmu", "--input", "trolley_acceleration", "--output", "swing_angle"]
-    done = command("new", "system", *names, "--output-file", "s.ssp", "--shaper", "ei", cwd=tmp_path)
+    done = typed("new", "system", *names, "--output-file", "s.ssp", "--shaper", "ei", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "profile.acceleration -> shaper -> plant.trolley_acceleration" in done.stdout
     for arguments in (("check", "s.ssp"), ("run", "s.ssp", "--stop-time", "1"), ("run", "s.ssp", "--set", "profile.distance=2")):
-        done = command(*arguments, cwd=tmp_path)
+        done = typed(*arguments, cwd=tmp_path)
         assert done.returncode == 0, done.stdout + done.stderr
-    wrong = command("new", "system", *names, "--shaper", "zvv", cwd=tmp_path)
+    wrong = typed("new", "system", *names, "--shaper", "zvv", cwd=tmp_path)
     assert (wrong.returncode, "'zvv' is none of" in wrong.stderr) == (2, True)

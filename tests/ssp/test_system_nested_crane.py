@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_cli import command
+from command_line import typed
 
 from shaper_fmu.archives import read_archive, write_archive
 from shaper_fmu.metrics.peak import Peak
@@ -88,21 +88,21 @@ def test_the_distance_is_set_in_its_own_unit(archive):
 def test_variants_sets_and_connectors_on_the_command_line(archive, tmp_path):
     """OSP's annotation alone asks for the algorithm of libcosim."""
     options = ["--variant", "Hoisting", "--parameter-set", "unshaped", "--set", "distance=2500", "--output", "r.csv"]
-    done = command("run", str(archive), *options, cwd=tmp_path)
+    done = typed("run", str(archive), *options, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     header, *rows = csv.reader((tmp_path / "r.csv").read_text().splitlines())
     last = dict(zip(header, map(float, rows[-1]), strict=True))
     assert last["command.profile.position"] == 2.5
     assert last["machine.crane.rope_length"] == pytest.approx(8.0 - 0.1 * 25.0, rel=1e-9)
     assert last["load_error"] == pytest.approx(1000.0 * last["machine.crane.load_position"] - 10_000.0, rel=1e-12)
-    wrong = command("run", str(archive), "--variant", "Hoisted", cwd=tmp_path)
+    wrong = typed("run", str(archive), "--variant", "Hoisted", cwd=tmp_path)
     assert (wrong.returncode, "Did you mean 'Hoisting'?" in wrong.stderr) == (2, True)
     files = read_archive(archive.read_bytes(), archive.name)
     text = files["SystemStructure.ssd"].decode()
     begin, end = text.index("<oms:FixedStepMaster"), text.index("</oms:SimulationInformation>")
     files["SystemStructure.ssd"] = (text[:begin] + text[end:]).encode()
     write_archive(tmp_path / "osp.ssp", files)
-    done = command("run", "osp.ssp", "--stop-time", "1", cwd=tmp_path)
+    done = typed("run", "osp.ssp", "--stop-time", "1", cwd=tmp_path)
     assert "note: algorithm parallel, as the annotation of OSP says" in done.stderr
 
 
