@@ -237,6 +237,7 @@ def test_a_crash_is_told_with_its_kind_the_time_the_fmus_and_the_last_words(harm
     assert system.simulate(STOP, STEP)["x.sum"][-1] == pytest.approx(2.0, abs=1e-12)  # the caller goes on
 
 
+@pytest.mark.representatives(harm=["hang"])
 @POSIX
 @pytest.mark.parametrize(("harm", "at"), [("hang", "t = 0.5 s"), ("hang_in_initialization", "initialization")])
 def test_an_fmu_that_hangs_is_killed_after_the_time_limit(harmful, nothing_left, harm, at):

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import pytest
@@ -104,18 +105,22 @@ print(json.dumps(told))
 """
 
 
-@pytest.mark.parametrize("what", _WHATS.split())
-def test_nothing_of_it_is_left_and_the_numbers_are_the_same(path, tmp_path, what):
-    names = ["none_step", *[f"{what}_{call}" for call in CALLS]]
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, str(path), *names], capture_output=True, text=True, check=False, cwd=tmp_path
-    )
+@pytest.fixture(scope="module")
+def answers(path, tmp_path_factory) -> dict[str, Any]:
+    """The output of one process for all of them, one after the other: what one leaves behind shows in those after it, too."""
+    names = ["none_step", *[f"{what}_{call}" for what in _WHATS.split() for call in CALLS]]
+    command = [sys.executable, "-c", PROGRAM, str(path), *names]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path_factory.mktemp("process"))
     assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
-    undisturbed = told["none_step"]
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("what", _WHATS.split())
+def test_nothing_of_it_is_left_and_the_numbers_are_the_same(answers, what):
+    undisturbed = answers["none_step"]
     assert undisturbed[3] == []
-    for name in names:
-        digest, differs, late, _ = told[name]
+    for name in [f"{what}_{call}" for call in CALLS]:
+        digest, differs, late, _ = answers[name]
         assert (name, differs) == (name, {})
         assert (name, late) == (name, {})
         assert (name, digest) == (name, undisturbed[0])

@@ -42,6 +42,7 @@ def check(runs: list, failed: dict[int, str]) -> None:
     assert [run.metrics["peak"] for run in done] == pytest.approx([1.0 + run.id for run in done], rel=1e-12)
 
 
+@pytest.mark.representatives(engine=[{"workers": 0}, {"workers": 2}])
 @pytest.mark.parametrize("engine", [{"workers": 0}, {"workers": 1}, {"workers": 2}, {"dask": "local", "workers": 1}], ids=str)
 def test_a_process_that_an_fmu_forks_and_lets_return_does_nothing(harmful, tmp_path, engine):
     """In a step and at the start of a run, among the first runs (which are done twice) and later ones."""
@@ -83,11 +84,13 @@ def test_answers_that_nobody_asked_for_are_ignored_and_the_worker_is_replaced(ha
     check(swept(tmp_path, harmful, {7: "write_anywhere"}, workers=1), {7: "quarantined: it ended its worker 2 times"})
 
 
+@pytest.mark.representatives(harm=["close_all"])
 @pytest.mark.parametrize("harm", ["close_all", "reopen_all"])
 def test_an_fmu_that_closes_the_files_of_its_process_is_quarantined(harmful, tmp_path, harm):
     check(swept(tmp_path, harmful, {7: harm}, workers=1), {7: "quarantined: it ended its worker 2 times"})
 
 
+@pytest.mark.representatives(workers=[2])
 @pytest.mark.parametrize("workers", [1, 2])
 def test_workers_that_are_killed_while_they_start_are_replaced(harmful, tmp_path, monkeypatch, workers):
     """The first three, as by somebody who is short of memory; each before it has sent anything."""

@@ -37,6 +37,7 @@ def serial_content(fmus, tmp_path_factory) -> list[tuple]:
     return content(runs_of(folder / "s.sqlite"))
 
 
+@pytest.mark.representatives(workers=[2])
 @pytest.mark.parametrize("workers", [1, 2, 3])
 def test_worker_processes_give_the_bits_of_a_serial_sweep(serial_content, fmus, tmp_path, workers):
     counts = run_study(crane_study(tmp_path, fmus), tmp_path / "s.sqlite", engine=Processes(workers))
@@ -157,6 +158,7 @@ def dask_cluster(folder: Path, workers: int) -> Iterator[tuple[str, list[subproc
             process.wait()
 
 
+@pytest.mark.thorough
 def test_a_dask_cluster_gives_the_bits_of_a_serial_sweep(serial_content, harmful, fmus, tmp_path):
     """Two workers; then one of them is killed on the way of a second sweep, with runs that do harm: nothing is lost or counted twice."""
     with dask_cluster(tmp_path, 2) as (address, workers):
