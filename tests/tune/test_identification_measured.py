@@ -123,17 +123,18 @@ def test_without_an_end_it_is_found_where_the_modes_stay(noise):
     assert found.findings[0].code == "assumed_free"
 
 
-def test_an_end_that_is_told_too_early_is_contradicted():
+@pytest.mark.representatives(noise=[0.003])
+@pytest.mark.parametrize("noise", [0.002, 0.003, 0.004])
+def test_an_end_that_is_told_too_early_is_contradicted(noise):
     """Where it is not (the move may look like modes that die out at once), the mode itself is right, so that nothing wrong is proven."""
     contradicted = 0
+    t, x = moved(noise=noise)
     for early in (2.0, 2.2, 2.4, 2.6):
-        for noise in (0.002, 0.003, 0.004):
-            t, x = moved(noise=noise)
-            found = identify_measured(Table({"time": t, "x": x}), excitation_end=early)
-            against = bool({finding.code for finding in found.findings} & set(CONTRADICTING))
-            contradicted += against
-            assert against or min(abs(mode.pole - POLE) for mode in found.identification.modes) < 3e-3 * abs(POLE)
-    assert contradicted >= 6  # of 12; of 40 with noise of 0.003, 38 were
+        found = identify_measured(Table({"time": t, "x": x}), excitation_end=early)
+        against = bool({finding.code for finding in found.findings} & set(CONTRADICTING))
+        contradicted += against
+        assert against or min(abs(mode.pole - POLE) for mode in found.identification.modes) < 3e-3 * abs(POLE)
+    assert contradicted >= 2  # of 4; of 40 with noise of 0.003, 38 were
     right = identify_measured(Table({"time": t, "x": x}), excitation_end=3.0)
     assert not {finding.code for finding in right.findings} & set(CONTRADICTING)
 

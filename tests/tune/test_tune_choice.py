@@ -24,6 +24,7 @@ from shaper_fmu.tune.identify.range import Range
 W = 4.65
 
 
+@pytest.mark.representatives(seed=range(25))
 @pytest.mark.parametrize("seed", range(100))
 def test_the_recommendation_is_never_dominated(seed: int):
     boxes, requirements = random_plant(seed)

@@ -53,6 +53,7 @@ def shown(design: Design, boxes: list[ModeBox]) -> tuple[float, float, float]:
     return delays[-1], worst, together(nominal_levels(amplitudes, delays, boxes), boxes)
 
 
+@pytest.mark.representatives(seed=range(8))
 @pytest.mark.parametrize("seed", range(24))
 def test_the_recommendation_is_the_shortest_that_fits_both_conditions(seed: int):
     boxes, requirements = nominal_plant(seed)
