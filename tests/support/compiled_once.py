@@ -31,7 +31,7 @@ def compile_once(components: Mapping[str, type[Component]], folder: Path) -> Non
 def _done_here(task: Callable[[], None], mark: Path) -> bool:
     """Do the task unless it has been done; False if another worker is at it."""
     try:
-        with FileLock(mark.with_name(f"{mark.name}.lock"), blocking=False):
+        with FileLock(mark.with_name(f"{mark.name}.lock"), timeout=0):
             if not mark.exists():
                 mark.touch()
                 task()
