@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
 
+from shaper_fmu.component import NO_EVENT as NO_EVENT
 from shaper_fmu.metrics.metric import GATHERED
 from shaper_fmu.records import ctypes_fields, numpy_type, record
 
@@ -308,8 +309,6 @@ SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUA
 NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE, NO_ITEM = list(Fault)[:8]
 BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = list(Fault)[8:]
 GOING_ON, FINISHED, FULL, FAULT = Answer
-
-NO_EVENT = 1e300
 
 JUMPS = -(1 << 30)
 """The cause that stands for jumps of tables; others are places of announced times on the bus, or -1 - instance."""
