@@ -168,7 +168,10 @@ def test_exactly_the_derivatives_of_states_are_marked_and_in_the_order_of_the_st
 def test_fmi2_capabilities(name):
     component = ALL[name]
     root = etree.fromstring(description_of(name, "2"))
-    saved = {"canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true", "canNotUseMemoryManagementFunctions": "true"}
+    able = (
+        "canGetAndSetFMUstate", "canSerializeFMUstate", "canNotUseMemoryManagementFunctions", "providesDirectionalDerivative",
+    )  # fmt: skip
+    saved = dict.fromkeys(able, "true")
     expected = {
         "modelIdentifier": name, **saved, "canHandleVariableCommunicationStepSize": "true",
         "maxOutputDerivativeOrder": str(longest_chain(component)),
@@ -187,7 +190,7 @@ def test_fmi2_capabilities(name):
 def test_fmi3_capabilities(name):
     component = ALL[name]
     root = etree.fromstring(description_of(name, "3"))
-    saved = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
+    saved = dict.fromkeys(("canGetAndSetFMUState", "canSerializeFMUState", "providesDirectionalDerivatives"), "true")
     can = (
         "canHandleVariableCommunicationStepSize", "providesIntermediateUpdate", "mightReturnEarlyFromDoStep",
         "canReturnEarlyAfterIntermediateUpdate", "hasEventMode",
