@@ -2,7 +2,7 @@
 
    The struct is the component's record: its variables in their declared order (bench/native.py checks that it is). */
 
-#include <math.h>
+#include "kernel.h"
 
 typedef struct {
     int left_limits;
@@ -89,18 +89,17 @@ static void oscillator_forcing(const double *transition, double wn, double zeta,
     }
 }
 
-int kernel_start(int *status, void **unused, void *record) {
+int kernel_start(void *record, Fault *fault) {
     MassSpringDamper *m = record;
-    (void)unused;
+    (void)fault;
     m->natural_frequency = sqrt(m->stiffness / m->mass);
     m->damping_ratio = 0.5 * m->damping / sqrt(m->stiffness * m->mass);
-    *status = 0;
     return 0;
 }
 
-int kernel_step(int *status, void **unused, void *record, double t, double h) {
+int kernel_step(void *record, double t, double h, Fault *fault) {
     MassSpringDamper *m = record;
-    (void)unused, (void)t;
+    (void)fault, (void)t;
     if (h > 0.0) {
         if (h != m->known_step) {
             m->known_step = h;
@@ -114,6 +113,5 @@ int kernel_step(int *status, void **unused, void *record, double t, double h) {
         m->force += m->force_slope * h;
     }
     m->acceleration = (m->force - m->damping * m->velocity - m->stiffness * m->position) / m->mass;
-    *status = 0;
     return 0;
 }

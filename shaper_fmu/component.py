@@ -27,6 +27,7 @@ from __future__ import annotations
 import enum
 import hashlib
 import math
+import os
 import re
 import struct
 from collections.abc import Callable, Iterator
@@ -66,6 +67,33 @@ def time_tolerance(m: Component, t: float, h: float) -> float:
 _ELEMENT = re.compile(r"(.+)\[(\d+)\]$")
 
 
+def _place(error: BaseException) -> str:
+    """File and line in which an error was raised."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    return f"{os.path.basename(trace.tb_frame.f_code.co_filename)}:{trace.tb_lineno}" if trace is not None else "unknown place"
+
+
+def _is_finite(value: Any) -> bool:
+    return isinstance(value, float | int) and math.isfinite(value)  # the power of a negative number is complex
+
+
+def _integer_problem(variable: Variable[Any], values: list[Any]) -> str | None:
+    """What is wrong with values that a kernel has given an integer or Boolean variable; native code holds them in 32 bits."""
+    low, high = (0, 1) if variable.kind is bool else (-(2**31), 2**31 - 1)
+    if all(issubclass(kind, int) for kind in set(map(type, values))) and low <= min(values) and max(values) <= high:
+        return None
+    pairs = zip(variable.scalar_names, values, strict=True)
+    label, value = next((n, x) for n, x in pairs if not isinstance(x, int) or not low <= x <= high)
+    if not isinstance(value, int):
+        return f"{label} became {value!r}, which is no integer; write int(...), round(...) or math.floor(...)"
+    if variable.kind is bool:
+        return f"{label} became {value}, which is no Boolean; write bool(...), or a comparison"
+    shown = str(value) if value.bit_length() < 100 else f"an integer of {value.bit_length()} bits"
+    return f"{label} = {shown} does not fit into an integer of 32 bits"
+
+
 class Component:
     """Base of all components; see the module's text. The keyword arguments are start values of inputs and parameters."""
 
@@ -80,6 +108,7 @@ class Component:
     about: ClassVar[dict[str, str]] = {}
     terminals: ClassVar[dict[str, dict[str, str]]] = {}
     _real_results: ClassVar[list[Variable[Any]]]
+    _integers: ClassVar[list[Variable[Any]]]
     _slopes: ClassVar[frozenset[str]]
     _layout: ClassVar[struct.Struct]
     _digest: ClassVar[bytes]
@@ -97,6 +126,7 @@ class Component:
             cls.messages = {**getattr(base, "messages", {}), **cls.messages}
         results = [v for v in cls.variables.values() if v.causality in ("output", "local", "calculatedParameter")]
         cls._real_results = [v for v in results if v.kind is float]
+        cls._integers = [v for v in cls.variables.values() if v.kind is not float]
         fields = [(v.name, v.code, v.size) for v in cls.variables.values()]
         cls._slopes = frozenset(v.slope for v in cls.variables.values() if v.slope)
         for name in cls._slopes:
@@ -186,14 +216,18 @@ class Component:
     def _run(self, time: float, kernel: Callable[..., int | None], *arguments: float) -> None:
         try:
             status = kernel(*arguments)
-        except (ArithmeticError, ValueError) as error:  # math says "domain error" where C gives NaN
-            raise ComponentError(f"{type(self).__name__}: {error} at t = {time:.15g} s") from error
+        except (ArithmeticError, ValueError, IndexError, TypeError, UnboundLocalError) as error:  # native code has faults there
+            raise ComponentError(f"{type(self).__name__}: {error} ({_place(error)}, t = {time:.15g} s)") from error
         if status:
             raise ComponentError(f"{type(self).__name__}: {self.explain(status)} (t = {time:.15g} s)")
+        for variable in self._integers:
+            problem = _integer_problem(variable, self._elements(variable))
+            if problem:
+                raise ComponentError(f"{type(self).__name__}: {problem} (t = {time:.15g} s)")
         for variable in self._real_results:
-            if not all(map(math.isfinite, self._elements(variable))):
-                found = zip(variable.scalar_names, self._elements(variable), strict=True)
-                label, value = next(pair for pair in found if not math.isfinite(pair[1]))
+            values = self._elements(variable)
+            if not all(map(_is_finite, values)):
+                label, value = next(pair for pair in zip(variable.scalar_names, values, strict=True) if not _is_finite(pair[1]))
                 raise ComponentError(f"{type(self).__name__}: {label} became {value} at t = {time:.15g} s")
 
     def explain(self, status: int) -> str:

@@ -103,8 +103,8 @@ def sources_digest(component: type[Component]) -> str:
 
 @functools.lru_cache(maxsize=1)
 def _other_tools() -> tuple[str, ...]:
-    """Versions of what else leaves its trace in an FMU: the kernels' compiler, FMI's headers, the page's picture."""
-    return tuple(_version_or_none(name) for name in ("numba", "llvmlite", "fmpy", "matplotlib"))
+    """Versions of what else leaves its trace in an FMU: FMI's headers, the page's picture."""
+    return tuple(_version_or_none(name) for name in ("fmpy", "matplotlib"))
 
 
 def _version_or_none(package: str) -> str:

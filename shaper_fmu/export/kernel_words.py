@@ -63,10 +63,8 @@ BUILTINS: dict[str, str] = {name: f"{name}: {words}" for words, names in _BY_TAS
 """Built-in functions that do not compile to code without Python."""
 
 MATH: dict[str, str] = {
-    "gamma": "use math.exp(math.lgamma(x)) for x > 0",
     "frexp": "use math.log2 and math.floor",
     "ldexp": "multiply by 2.0 ** n",
-    "fmod": "use a - b * math.trunc(a / b), or % for the remainder with the sign of b",
     "modf": "use math.trunc(x) and x - math.trunc(x)",
     "isclose": "write abs(a - b) <= tolerance",
     "dist": "use math.hypot of two differences",

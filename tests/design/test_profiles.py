@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from compiled_kernels import Kernels, record_of
 from profile_cases import (
     DISTANCE,
     DURATION,
@@ -22,7 +23,6 @@ from profile_cases import (
 from shaper_fmu.commands.motion_profile import MotionProfile, ProfileKind
 from shaper_fmu.component import NO_EVENT
 from shaper_fmu.design.profiles import profile
-from shaper_fmu.export.compile import jit, record_of
 from shaper_fmu.kinds.profiles import PROFILES
 
 
@@ -117,7 +117,7 @@ def test_an_event_within_rounding_of_a_communication_point_is_taken_from_the_rig
 
 @pytest.mark.parametrize("kind", list(ProfileKind))
 def test_each_kind_compiled_gives_the_same_bits(kind):
-    start, step = jit(MotionProfile, "start"), jit(MotionProfile, "step")
+    compiled = Kernels(MotionProfile)
     rng = random.Random(int(kind))
     jumping = kind in (ProfileKind.step, ProfileKind.cycloid_versine_ramp, ProfileKind.two_part)
     statuses = set()
@@ -127,11 +127,11 @@ def test_each_kind_compiled_gives_the_same_bits(kind):
         component = MotionProfile(profile=kind, duration=rng.uniform(0.2, 3.0), damping_ratio=rng.choice([0.0, 0.1, 0.8]), **limits)
         record = record_of(component)
         statuses.add(component.start() or 0)
-        assert start(record[0]) == (component.start() or 0)
+        assert compiled.start(record) == (component.start() or 0)
         assert record_of(component).tobytes() == record.tobytes()
         for k in range(30 if component.ramp or jumping or kind < ProfileKind.s_curve else 0):
             component.step(0.11 * k, 0.11)
-            step(record[0], 0.11 * k, 0.11)
+            compiled.step(record, 0.11 * k, 0.11)
             assert record_of(component).tobytes() == record.tobytes()
     assert len(statuses) > 1
 

@@ -7,12 +7,12 @@ import math
 import random
 
 import pytest
+from compiled_kernels import Kernels, record_of
 
 from shaper_fmu.commands.input_shaper import NO_SOLUTION, InputShaper
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError
-from shaper_fmu.export.compile import jit, record_of
 from shaper_fmu.kinds.shapers import Shaper
 
 T = 2.0 * math.pi  # period of 1 rad/s
@@ -257,12 +257,12 @@ def test_what_sampling_costs(samples):
 @pytest.mark.thorough
 def test_every_kind_is_designed_alike_when_compiled():
     """The whole record after `start`, bit for bit; and the same status where there is no such shaper."""
-    compiled = jit(InputShaper, "start")
+    compiled = Kernels(InputShaper)
     for kind in Shaper:
         for zeta in (0.0, 0.07):
             plain = InputShaper(shaper=kind, modes=2, natural_frequency=[3.0, 7.1], damping_ratio=[zeta, 0.02])
             record = record_of(plain)
-            assert (plain.start() or 0) == compiled(record[0]) == 0
+            assert (plain.start() or 0) == compiled.start(record) == 0
             assert record_of(plain).tobytes() == record.tobytes(), kind.name
     impossible = InputShaper(shaper="three_hump_ei", damping_ratio=[0.6])
-    assert impossible.start() == compiled(record_of(impossible)[0]) == NO_SOLUTION
+    assert impossible.start() == compiled.start(record_of(impossible)) == NO_SOLUTION

@@ -9,11 +9,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from shaper_fmu.export.compile import freestanding_ir
 
 from shaper_fmu.component import Component
 from shaper_fmu.errors import BuildError
 from shaper_fmu.export import compile as compiler
-from shaper_fmu.export.compile import freestanding_ir
 from shaper_fmu.export.kernel_source import check_kernels, reached_functions
 from shaper_fmu.registry import components, load_components
 

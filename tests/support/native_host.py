@@ -23,7 +23,7 @@ import fmpy
 from shaper_fmu.component import Component
 from shaper_fmu.export.cache import cached, digest
 from shaper_fmu.export.native import backend
-from shaper_fmu.export.native.kernels import kernel_files
+from shaper_fmu.export.native.kernels import component_files
 from shaper_fmu.export.native.table import component_table
 from shaper_fmu.export.native.toolchain import PLATFORMS, toolchain_version
 from shaper_fmu.registry import components
@@ -77,17 +77,17 @@ def sanitized_library(component: type[Component], token: str, fmi: int, flags: t
     """The FMI layer and the kernels, compiled with the checks of these sanitizers."""
     sources = [layer / file.name for file in backend.layer_sources(fmi)]
     unit = component_table(component, token) + "".join(f'#include "{file.name}"\n' for file in sources)
-    kernels = list(kernel_files(component).values())
-    key = digest(unit, *flags, *[file.read_bytes() for file in (*sources, *layer.glob("*.h"), *kernels, Path(__file__))])
+    own = component_files(component)
+    key = digest(unit, *flags, *own.values(), *[file.read_bytes() for file in (*sources, *layer.glob("*.h"), Path(__file__))])
 
     def make() -> bytes:
         with tempfile.TemporaryDirectory() as folder:
-            objects = [_machine_code(kernel, Path(folder) / f"{kernel.stem}.o", flags) for kernel in kernels]
-            names = [HOSTS / "tsan_names.c"] if flags == THREAD else []
-            (Path(folder) / "unit.c").write_text(unit)
-            inputs = [*names, Path(folder) / "unit.c", *objects]
+            for name, text in {**own, "unit.c": unit}.items():
+                (Path(folder) / name).write_text(text, encoding="utf-8")
+            inputs = [str(Path(folder) / name) for name in ("unit.c", "kernels.c")]
             target = Path(folder) / "library.so"
-            gcc(["-shared", "-fPIC", "-fvisibility=hidden", f"-I{layer}", *flags, *map(str, inputs), "-lm", "-o", str(target)])
+            options = ["-shared", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", f"-I{folder}", f"-I{layer}", *flags]
+            gcc([*options, *inputs, "-lm", "-o", str(target)])
             return target.read_bytes()
 
     return cached("sanitized", f"{component.__name__}-{key}.so", make)
@@ -95,7 +95,7 @@ def sanitized_library(component: type[Component], token: str, fmi: int, flags: t
 
 def gcc(arguments: list[str]) -> None:
     """Compile with gcc."""
-    _compile(["gcc", "-std=gnu11", "-g", "-O1", f"-I{HEADERS}", *arguments])
+    _compile(["gcc", "-std=gnu99", "-g", "-O1", f"-I{HEADERS}", *arguments])
 
 
 def _compile(command: list[str]) -> None:
@@ -121,17 +121,6 @@ def host_program(source: str, platform: str = "x86_64-linux") -> Path:
     path = cached("hosts", f"{Path(source).stem}-{key}.exe", make)
     path.chmod(0o755)
     return path
-
-
-def _machine_code(ir: Path, target: Path, flags: tuple[str, ...]) -> Path:
-    """The kernel as an object file with the checks of the same sanitizer: gcc cannot read IR, ziglang's clang can."""
-    kind = "thread" if flags == THREAD else "address"
-    marked = re.sub(r"^(define .*) \{$", rf"\1 sanitize_{kind} {{", ir.read_text(), flags=re.MULTILINE)
-    target.with_suffix(".ll").write_text(marked)
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", PLATFORMS["x86_64-linux"].target, "-c", "-fPIC", "-O1", "-w"]
-    options = ["-ffp-contract=off", f"-fsanitize={kind}", "-fno-sanitize=undefined", "-o", str(target)]
-    _compile([*command, *options, str(target.with_suffix(".ll"))])
-    return target
 
 
 def binary_of(fmu: Path, platform: str = "x86_64-linux") -> Path:

@@ -6,13 +6,13 @@ import math
 from itertools import pairwise
 
 import numpy as np
+from compiled_kernels import record_of
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from shaper_fmu.commands.motion_profile import MotionProfile, ProfileKind
 from shaper_fmu.component import NO_EVENT
 from shaper_fmu.design.profiles import profile
-from shaper_fmu.export.compile import record_of
 
 FREQUENCY = 22.048710
 """First mode of the beam of Ozokutan, Karadag, Kapucu and Kutuk 2025 [rad/s]."""

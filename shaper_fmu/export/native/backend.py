@@ -16,7 +16,7 @@ from shaper_fmu.export.cache import cached, digest
 from shaper_fmu.export.documentation import documentation_page
 from shaper_fmu.export.fmi2_description import fmi2_native_description
 from shaper_fmu.export.fmi3_description import fmi3_native_description
-from shaper_fmu.export.native.kernels import kernel_files
+from shaper_fmu.export.native.kernels import component_files
 from shaper_fmu.export.native.table import component_table
 from shaper_fmu.export.native.toolchain import (
     PLATFORMS,
@@ -31,7 +31,7 @@ from shaper_fmu.export.terminals_and_icons import icon_and_terminals
 
 _LAYER = ("values.c", "messages.c", "states.c", "life.c", "exchange.c", "derivatives.c")
 _VERSIONS = {2: ("fmi2.c",), 3: ("fmi3.c", "fmi3_simulation.c", "fmi3_absent.c")}
-_HEADERS = ("component.h", "fmi3.h")
+_HEADERS = ("kernel.h", "component.h", "fmi3.h")
 _DESCRIPTIONS = {2: fmi2_native_description, 3: fmi3_native_description}
 
 
@@ -51,38 +51,37 @@ def build_native_fmu(
     chosen = [platform_named(platform) for platform in platforms or USUAL_PLATFORMS]
     check_component(component)
     progress(f"{name}: kernels")
-    kernels = kernel_files(component)
+    own = component_files(component)
     generator = f"shaper-fmu {version('shaper-fmu')} with ziglang {toolchain_version()}"
     files = {"documentation/index.html": documentation_page(component).encode(), **licences("shaper-fmu")}
     files |= icon_and_terminals(component, fmi)
     draft = _DESCRIPTIONS[fmi](component, "", generator)
     table = component_table(component, "")
-    # what is inside decides the token, and not the names of the kernels' files, which tell the text of the sources
-    made_of = {file.name: file.read_bytes() for file in _layer_files(fmi)}
-    made_of |= {f"{kernel}.ll": file.read_bytes() for kernel, file in kernels.items()}
+    made_of = {file.name: file.read_bytes() for file in _layer_files(fmi)} | {n: text.encode() for n, text in own.items()}
     token = content_guid({**files, **made_of, "modelDescription.xml": draft, "table.c": table.encode()})
     files["modelDescription.xml"] = _DESCRIPTIONS[fmi](component, token, generator)
     libraries = {}
     for platform in chosen:
         progress(f"{name}: FMI {fmi}.0, {platform.name}")
-        libraries[platform.name] = library(component, token, fmi, platform, list(kernels.values())).read_bytes()
+        libraries[platform.name] = library(component, token, fmi, platform, own).read_bytes()
     files |= _binaries(name, fmi, libraries)
     return write_archive(Path(folder) / f"{name}.fmu", files)
 
 
-def library(component: type[Component], token: str, fmi: int, platform: Platform, kernels: list[Path]) -> Path:
+def library(component: type[Component], token: str, fmi: int, platform: Platform, own: dict[str, str]) -> Path:
     """The shared library of a component, from the cache or compiled."""
     # one translation unit: the compiler sees the table while it compiles the layer, which makes a step twice as fast
     unit = component_table(component, token) + "".join(f'#include "{file.name}"\n' for file in layer_sources(fmi))
-    contents = [file.read_bytes() for file in [*_layer_files(fmi), *kernels, Path(__file__).parent / "toolchain.py"]]
-    key = digest(unit, toolchain_version(), platform.target, *contents)
+    contents = [file.read_bytes() for file in [*_layer_files(fmi), Path(__file__).parent / "toolchain.py"]]
+    key = digest(unit, toolchain_version(), platform.target, *own.values(), *contents)
 
     def make() -> bytes:
         with tempfile.TemporaryDirectory() as folder:
-            source = Path(folder) / "unit.c"
-            source.write_text(unit)
+            for name, text in {**own, "component.c": unit}.items():
+                (Path(folder) / name).write_text(text, encoding="utf-8")
             target = Path(folder) / f"{component.__name__}{platform.suffix}"
-            build_library([source, *kernels], target, platform, [Path(__file__).parent, Path(fmpy.__file__).parent / "c-code"])
+            includes = [Path(folder), Path(__file__).parent, Path(fmpy.__file__).parent / "c-code"]
+            build_library([Path(folder) / "component.c", Path(folder) / "kernels.c"], target, platform, includes)
             return target.read_bytes()
 
     return cached("libraries", f"{component.__name__}-{key}{platform.suffix}", make)

@@ -4,6 +4,8 @@
 #ifndef COMPONENT_H
 #define COMPONENT_H
 
+#include "kernel.h"
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -62,8 +64,8 @@ typedef struct {
     uint8_t unchecked; /* an input that may be set to any value: it is checked when it is used */
 } Scalar;
 
-typedef int (*StartKernel)(int *status, void **unused, void *record);
-typedef int (*StepKernel)(int *status, void **unused, void *record, double t, double h);
+typedef int (*StartKernel)(void *record, Fault *fault);
+typedef int (*StepKernel)(void *record, double t, double h, Fault *fault);
 
 typedef struct {
     const char *name;
@@ -198,6 +200,7 @@ int check_null(Instance *, const void *pointer, size_t n, const char *function);
 /* messages.c */
 LIKE_PRINTF COLD Status refuse(Instance *, Status, const char *format, ...);
 COLD Status kernel_failure(Instance *, const unsigned char *record, int status, double t);
+COLD Status kernel_fault(Instance *, const Fault *fault, double t);
 void put_label(char *text, int size, const Variable *, int element);
 Status set_logging(Instance *, int on, size_t categories, const char *const category[]);
 

@@ -98,18 +98,19 @@ Status enter_initialization(Instance *instance) {
 }
 
 static Status run_start(Instance *instance, unsigned char *record) {
-    int status = 0;
-    void *unused = 0;
-    if (component.start(&status, &unused, record)) status = -1;
+    Fault fault = {0, 0, 0, 0.0, 0.0};
+    int status = component.start(record, &fault);
+    if (fault.what) return kernel_fault(instance, &fault, instance->time);
     return status ? kernel_failure(instance, record, status, instance->time) : OK;
 }
 
 static Status run_step(Instance *instance, unsigned char *record, double t, double h, int left_limits) {
-    int status = 0;
-    void *unused = 0;
+    Fault fault = {0, 0, 0, 0.0, 0.0};
+    int status;
     *(int *)(record + component.left_limits) = left_limits;
-    if (component.step(&status, &unused, record, t, h)) status = -1;
+    status = component.step(record, t, h, &fault);
     *(int *)(record + component.left_limits) = 0;
+    if (fault.what) return kernel_fault(instance, &fault, t);
     return status ? kernel_failure(instance, record, status, t) : check_results(instance, record, t, 0);
 }
 

@@ -67,6 +67,21 @@ Status kernel_failure(Instance *instance, const unsigned char *record, int statu
     return refuse(instance, ERROR, "%s: %s (t = %.15g s)", component.name, words, t);
 }
 
+/* What a kernel's arithmetic has refused, and where. */
+Status kernel_fault(Instance *instance, const Fault *fault, double t) {
+    char words[400];
+    if (!strcmp(fault->what, FAULT_INDEX))
+        snprintf(words, sizeof words, "the index %.0f is outside of the %.0f elements of %s", fault->value, fault->limit, fault->name);
+    else if (!strcmp(fault->what, FAULT_OVERFLOW))
+        snprintf(words, sizeof words, "%s%s%.17g does not fit into an integer of %.0f bits", fault->name, *fault->name ? " = " : "",
+                 fault->value, fault->limit);
+    else if (*fault->name)
+        snprintf(words, sizeof words, "%s: %s of %.15g", fault->what, fault->name, fault->value);
+    else
+        snprintf(words, sizeof words, "%s", fault->what);
+    return refuse(instance, ERROR, "%s: %s (%s, t = %.15g s)", component.name, words, fault->where, t);
+}
+
 /* Switch the given categories, or all of them if none is given, on or off. */
 Status set_logging(Instance *instance, int on, size_t categories, const char *const category[]) {
     int mask = categories ? 0 : LOG_ALL;

@@ -49,6 +49,15 @@ Status save_state(Instance *instance, void **state) {
 
 static int is_phase(int phase) { return phase > 0 && phase <= FAILED && !(phase & (phase - 1)) && phase != INTERMEDIATE; }
 
+/* Whether parameters and inputs of a restored record are in their domains: kernels rely on it. */
+static int in_domains(Instance *instance, unsigned char *record) {
+    unsigned char *own = instance->record;
+    instance->record = record;
+    Status status = check_domains(instance);
+    instance->record = own;
+    return status == OK;
+}
+
 /* The state must be this component's, of an instance for the same kind of simulation. */
 Status restore_state(Instance *instance, const void *state) {
     SavedLife life;
@@ -69,7 +78,10 @@ Status restore_state(Instance *instance, const void *state) {
     instance->stop_time = life.stop_time;
     memcpy(instance->record, bytes + sizeof life, (size_t)component.record_size);
     if (instance->held) memcpy(instance->held, bytes + sizeof life + component.record_size, (size_t)component.record_size);
-    return OK;
+    if (life.phase & (INSTANTIATED | INITIALIZING | FAILED)) return OK; /* the values are checked before they are used */
+    if (in_domains(instance, instance->record) && (!instance->held || in_domains(instance, instance->held))) return OK;
+    instance->phase = FAILED;
+    return ERROR;
 }
 
 static uint64_t checksum(const unsigned char *bytes, size_t size) {

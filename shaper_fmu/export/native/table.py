@@ -7,9 +7,8 @@ import hashlib
 import json
 from typing import Any
 
-import numpy as np
-
 from shaper_fmu.component import Component, Variable
+from shaper_fmu.export.c.unit import field_name
 from shaper_fmu.export.model_description import visible_variables
 
 _CAUSALITIES = {
@@ -29,7 +28,7 @@ def component_table(component: type[Component], token: str) -> str:
     index = {variable.name: i for i, variable in enumerate(variables)}
     slopes = {v.slope for v in variables if v.slope}
     visible = [index[v.name] for v in visible_variables(component)]
-    offsets = record_offsets(component)
+    offsets = {v.name: f"(int)offsetof(Record, {field_name(v.name)})" for v in variables}
     results = _scalars(variables, _real(variables, "output", "local"), offsets)
     calculated = _scalars(variables, _real(variables, "calculatedParameter"), offsets)
     arrays = {
@@ -43,33 +42,20 @@ def component_table(component: type[Component], token: str) -> str:
     }
     announced = [str(offsets.get(name, -1)) for name in ("next_event_time", "next_kink_time")]
     fields = [
-        _text(component.__name__), _text(token), f"UINT64_C({layout_digest(component)})", str(_record_dtype(component).itemsize),
-        str(offsets["left_limits"]), *announced, str(int(component.sampled)), str(int(component.continuous_states is not None)),
+        _text(component.__name__), _text(token), f"UINT64_C({layout_digest(component)})", "(int)sizeof(Record)",
+        offsets["left_limits"], *announced, str(int(component.sampled)), str(int(component.continuous_states is not None)),
     ]  # fmt: skip
     counts = {name: str(len(rows)) for name, (_, rows) in arrays.items()}
     counts["results"] = f"{len(results)}, {len(calculated)}"
     fields += [f"{counts[name]}, {name}" for name in arrays]
     return "\n".join([
         '#include "component.h"',
-        "int kernel_start(int *status, void **unused, void *record);",
-        "int kernel_step(int *status, void **unused, void *record, double t, double h);",
+        '#include "record.h"',
         *_item_tables(variables),
         *[_array(kind, name, rows) for name, (kind, rows) in arrays.items()],
         "const Component component = {" + ",\n    ".join([*fields, "kernel_start", "kernel_step"]) + "};",
         "",
     ])  # fmt: skip
-
-
-def record_offsets(component: type[Component]) -> dict[str, int]:
-    """Where each variable begins in the record, in bytes."""
-    fields = _record_dtype(component).fields or {}
-    return {name: int(field[1]) for name, field in fields.items()}
-
-
-def _record_dtype(component: type[Component]) -> np.dtype:
-    from shaper_fmu.export.compile import record_dtype  # loads the kernels' compiler, which only builders need
-
-    return record_dtype(component)
 
 
 def layout_digest(component: type[Component]) -> int:
@@ -82,13 +68,13 @@ def _real(variables: list[Variable[Any]], *causalities: str) -> list[int]:
     return [i for i, v in enumerate(variables) if v.kind is float and v.causality in causalities]
 
 
-def _scalars(variables: list[Variable[Any]], chosen: list[int], offsets: dict[str, int]) -> list[str]:
+def _scalars(variables: list[Variable[Any]], chosen: list[int], offsets: dict[str, str]) -> list[str]:
     rows = []
     for i in chosen:
         variable, kind = variables[i], _kind(variables[i])
         unchecked = int(variable.causality == "input" and kind in ("REAL", "BOOLEAN"))
         first, size = offsets[variable.name], 8 if kind == "REAL" else 4
-        rows += [f"{{{i}, {e}, {first + e * size}, {kind}, {unchecked}}}" for e in range(variable.size or 1)]
+        rows += [f"{{{i}, {e}, {first} + {e * size}, {kind}, {unchecked}}}" for e in range(variable.size or 1)]
     return rows
 
 
@@ -116,13 +102,13 @@ def _item_tables(variables: list[Variable[Any]]) -> list[str]:
     return tables
 
 
-def _variable(variable: Variable[Any], index: dict[str, int], offsets: dict[str, int], is_slope: bool) -> str:
+def _variable(variable: Variable[Any], index: dict[str, str], offsets: dict[str, str], is_slope: bool) -> str:
     items = list(variable.kind) if issubclass(variable.kind, enum.IntEnum) else []
     causality = _SLOPE if is_slope else _CAUSALITIES[variable.causality]
     bounds = [_bound(variable, side, value) for side, value in (("min", variable.min), ("max", variable.max))]
     fields = [
         _text(variable.name), _text(variable.unit), _kind(variable), causality, str(int(variable.tunable)),
-        str(variable.size or 0), str(offsets[variable.name]), _double(variable.starts[0]),
+        str(variable.size or 0), offsets[variable.name], _double(variable.starts[0]),
         f"starts_{variable.name}" if len(set(variable.starts)) > 1 else "0", *bounds,
         _double(variable.min or 0.0), _double(variable.max or 0.0),
         *([str(len(items)), f"items_{variable.name}"] if items else ["0", "0"]),

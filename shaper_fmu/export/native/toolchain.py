@@ -1,4 +1,4 @@
-"""Compiling C and LLVM IR to libraries for every platform, by ziglang: one machine builds for all of them, offline."""
+"""Compiling C to libraries for every platform, by ziglang: one machine builds for all of them, offline."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ USUAL_PLATFORMS = tuple(known.name for known in PLATFORMS.values() if known.usua
 _FLAGS = [
     "-O2",
     "-g0",
-    "-std=c11",
+    "-std=c99",
     "-fvisibility=hidden",
     "-fomit-frame-pointer",
     "-ffp-contract=off",
@@ -91,7 +91,7 @@ def toolchain_version() -> str:
 
 
 def build_library(sources: list[Path], target: Path, built_for: Platform, includes: list[Path]) -> None:
-    """Compile C and LLVM IR files, and link them to a shared library. Raises BuildError with the compiler's words."""
+    """Compile C files, and link them to a shared library. Raises BuildError with the compiler's words."""
     toolchain_version()
     flags = [*_FLAGS, *[f"-I{folder}" for folder in includes], *_LINK]
     if built_for.suffix == ".dylib":
