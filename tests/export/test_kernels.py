@@ -58,7 +58,7 @@ def random_parameters(component: type[Component], rng: random.Random) -> dict:
 def every_item(component: type[Component]) -> list[dict]:
     """The start values, and with them every item of every enumeration."""
     parameters = [v for v in component.variables.values() if v.causality == "parameter" and issubclass(v.kind, enum.IntEnum)]
-    return [{}, *[{v.name: item.name} for v in parameters for item in v.kind]]
+    return [{}, *[{v.name: item.name} for v in parameters for item in list(v.kind)]]
 
 
 def compare(component: type[Component], native: Kernels, values: dict, rng: random.Random) -> None:
@@ -123,12 +123,8 @@ def test_the_c_can_be_compared_with_the_python(name):
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("compiler", [GCC, ZIG, ("g++", "-x", "c++", "-std=c++11")], ids=["gcc", "clang", "g++"])
+@pytest.mark.parametrize("compiler", [GCC, ZIG, ("g++", "-x", "c++")], ids=["gcc", "clang", "g++"])
 @pytest.mark.parametrize("name", components())
 def test_no_compiler_warns(name, compiler):
     """-Wall -Wextra -pedantic -Werror, with the optimizer's warnings, too."""
-    if compiler[0] == "g++":
-        flags = ("-O2", "-Wno-error=pedantic")
-        assert kernel_library(components()[name], ("g++", "-x", "c++"), ("-O2", "-std=c++11", *flags)).is_file()
-    else:
-        assert kernel_library(components()[name], compiler, ("-O2",)).is_file()
+    assert kernel_library(components()[name], compiler, ("-O2",)).is_file()

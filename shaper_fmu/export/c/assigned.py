@@ -39,10 +39,10 @@ class _Paths:
 
     def read(self, node: ast.AST | None, known: Names) -> None:
         for found in walked(node) if node is not None else ():
-            if isinstance(found, ast.Name) and isinstance(found.ctx, ast.Load) and found.id in self.own - known:
-                if not self._is_inner(found, node):
-                    self.refuse(found, f"{found.id} may have no value here: it is not set on every path; set it before")
-                    known |= {found.id}
+            is_read = isinstance(found, ast.Name) and isinstance(found.ctx, ast.Load)
+            if is_read and found.id in self.own - known and not self._is_inner(found, node):
+                self.refuse(found, f"{found.id} may have no value here: it is not set on every path; set it before")
+                known |= {found.id}
 
     def _is_inner(self, found: ast.Name, node: ast.AST | None) -> bool:
         """Whether a name is an argument of a lambda inside of the expression."""

@@ -21,8 +21,8 @@ from shaper_fmu.export.c.source import UNKNOWN
 _FINITE = {"fabs", "atan", "tanh", "asinh", "erf", "erfc"}
 """Functions of the mathematics library that have an answer to every number."""
 _CHECKED = {
-    "sqrt", "cbrt", "exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "sin", "cos", "tan", "asin", "acos", "sinh", "cosh", "acosh",
-    "atanh", "lgamma", "gamma",
+    "sqrt", "cbrt", "exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "sin", "cos", "tan", "asin", "acos", "sinh", "cosh",
+    "acosh", "atanh", "lgamma", "gamma",
 }  # fmt: skip
 _OF_TWO = {"atan2": "atan2", "copysign": "copysign", "fmod": "checked_fmod", "pow": "checked_pow", "hypot": "checked_hypot"}
 _CLASSIFIED = {"isnan", "isinf", "isfinite"}
@@ -30,7 +30,8 @@ _INTEGERS = {"floor": "floor", "ceil": "ceil", "trunc": "trunc"}
 _RANGES = {
     "sqrt": r.Range(0.0, math.inf), "exp": r.Range(0.0, math.inf), "exp2": r.Range(0.0, math.inf), "cosh": r.Range(1.0, math.inf),
     "sin": r.Range(-1.0, 1.0), "cos": r.Range(-1.0, 1.0), "tanh": r.Range(-1.0, 1.0), "acos": r.Range(0.0, math.pi),
-    "asin": r.Range(-2.0, 2.0), "atan": r.Range(-2.0, 2.0), "erf": r.Range(-1.0, 1.0), "erfc": r.Range(0.0, 2.0), "fabs": r.Range(0.0, math.inf),
+    "asin": r.Range(-2.0, 2.0), "atan": r.Range(-2.0, 2.0), "erf": r.Range(-1.0, 1.0), "erfc": r.Range(0.0, 2.0),
+    "fabs": r.Range(0.0, math.inf),
 }  # fmt: skip
 _SAFE = {
     "sqrt": r.Range(0.0, math.inf), "acos": r.Range(-1.0, 1.0), "asin": r.Range(-1.0, 1.0), "exp": r.Range(-math.inf, 709.0),
@@ -50,8 +51,8 @@ class Calls:
     def __call__(self, e: Expressions, node: ast.Call) -> Code:
         scope = e.scope
         target = scope.names_value(node.func)
-        builtin = {abs: self._abs, min: self._extreme, max: self._extreme, float: self._float, int: self._int, bool: self._bool, len: self._len,
-                   round: self._round, divmod: self._divmod, pow: self._pow}  # fmt: skip
+        builtin = {abs: self._abs, min: self._extreme, max: self._extreme, float: self._float, int: self._int, bool: self._bool,
+                   len: self._len, round: self._round, divmod: self._divmod, pow: self._pow}  # fmt: skip
         if isinstance(node.func, ast.Attribute) and scope.names_value(node.func.value) is math:
             return self._math(e, node, node.func.attr)
         if getattr(target, "__module__", None) == "math" and getattr(math, getattr(target, "__name__", ""), None) is target:
@@ -119,7 +120,7 @@ class Calls:
                 e.scope.refuse(node, f"*{ast.unparse(argument.value)} is no tuple")
             if whole.value is None and not whole.text.isidentifier():
                 whole = e._held(node, whole)
-            size = len(whole.value) if isinstance(whole.value, tuple) else len(whole.kind.items)  # pyright: ignore[reportAttributeAccessIssue]
+            size = len(whole.kind.items) if isinstance(whole.kind, Struct) else len(whole.value)
             yield from (e.item(whole, i) for i in range(size))
 
     # built-in functions

@@ -64,7 +64,7 @@ def _letters(items: tuple[Kind, ...]) -> str:
 
 @dataclass(frozen=True)
 class Callee(Kind):
-    """A function as a value. It is known when the kernel is translated; what it captures of the function around it is passed along."""
+    """A function as a value, known when the kernel is translated. What it captures of the function around it is passed along."""
 
     function: FunctionType | None = None
     node: ast.FunctionDef | ast.Lambda | None = None

@@ -7,19 +7,20 @@ from functools import lru_cache
 from pathlib import Path
 
 _KEYWORDS = """
-    auto break case char const continue default do double else enum extern float for goto if inline int long register restrict return
-    short signed sizeof static struct switch typedef union unsigned void volatile while bool true false
-    alignas alignof asm catch char16_t char32_t class compl const_cast constexpr decltype delete dynamic_cast explicit export friend
-    mutable namespace new noexcept nullptr operator private protected public reinterpret_cast static_assert static_cast template this
-    thread_local throw try typeid typename using virtual wchar_t and and_eq bitand bitor not not_eq or or_eq xor xor_eq
-    int8_t int16_t int32_t int64_t uint8_t uint16_t uint32_t uint64_t intptr_t uintptr_t intmax_t uintmax_t size_t
-    main errno linux unix i386 near far small Record fault kernel_start kernel_step
+    auto break case char const continue default do double else enum extern float for goto if inline int long register
+    restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool true false
+    alignas alignof asm catch char16_t char32_t class compl const_cast constexpr decltype delete dynamic_cast explicit export
+    friend mutable namespace new noexcept nullptr operator private protected public reinterpret_cast static_assert
+    static_cast template this thread_local throw try typeid typename using virtual wchar_t and and_eq bitand bitor not not_eq
+    or or_eq xor xor_eq int8_t int16_t int32_t int64_t uint8_t uint16_t uint32_t uint64_t intptr_t uintptr_t intmax_t
+    uintmax_t size_t main errno linux unix i386 near far small Record fault kernel_start kernel_step
 """
 _LIBRARY = """
-    abs acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh div erf erfc exp exp10 exp2 expm1 fabs fdim floor fma fmax fmin
-    fmod frexp gamma hypot ilogb isfinite isgreater isinf isless isnan isnormal j0 j1 jn labs ldexp lgamma llrint llround log log10 log1p
-    log2 logb lrint lround matherr modf nan nearbyint nextafter nexttoward pow pow10 remainder remquo rint round scalb scalbln scalbn
-    signbit signgam significand sin sincos sinh sqrt tan tanh tgamma trunc y0 y1 yn drem finite index time clock
+    abs acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh div erf erfc exp exp10 exp2 expm1 fabs fdim floor
+    fma fmax fmin fmod frexp gamma hypot ilogb isfinite isgreater isinf isless isnan isnormal j0 j1 jn labs ldexp lgamma
+    llrint llround log log10 log1p log2 logb lrint lround matherr modf nan nearbyint nextafter nexttoward pow pow10 remainder
+    remquo rint round scalb scalbln scalbn signbit signgam significand sin sincos sinh sqrt tan tanh tgamma trunc y0 y1 yn
+    drem finite index time clock
 """
 _RUNTIME = re.findall(r"\b(\w+)\(", (Path(__file__).parent.parent / "native" / "kernel.h").read_text(encoding="utf-8"))
 

@@ -20,7 +20,7 @@ from shaper_fmu.export.c.scope import FunctionScope
 from shaper_fmu.export.c.source import definition, outside_names, parsed_file, walked
 from shaper_fmu.export.c.statements import Statements
 from shaper_fmu.export.c.unit import Function, Known, Refused, Unit, file_label, unit_text
-from shaper_fmu.export.c.writing import comment, declare, without_unused, written
+from shaper_fmu.export.c.writing import comment, declare, without_unused, wrapped, written
 from shaper_fmu.export.kernel_source import Finding
 
 KERNELS: dict[str, tuple[str, ...]] = {"start": (), "step": ("t", "h")}
@@ -163,7 +163,7 @@ def _finish(unit: Unit, scope: FunctionScope, callee: Callee, key: Any, statemen
     where = file_label(scope.home.__code__.co_filename)
     doc = ast.get_docstring(scope.scope) if isinstance(scope.scope, ast.FunctionDef) else None
     note = comment(f"{doc} ({where}, line {scope.scope.lineno})" if doc else f"{where}, line {scope.scope.lineno}")
-    state.text = "\n".join([*note, head, *[f"    (void){name};" for name in unused], *written(scope.lines), "}"])
+    state.text = "\n".join([*note, *wrapped(head), *[f"    (void){name};" for name in unused], *written(scope.lines), "}"])
 
 
 def _wanted(callee: Callee, state: Function) -> str:

@@ -256,7 +256,8 @@ def struct_text(kind: Struct) -> str:
     members = " ".join(f"{item.c}item{i};" for i, item in enumerate(kind.items))
     arguments = ", ".join(f"{item.c}item{i}" for i, item in enumerate(kind.items))
     sets = " ".join(f"made.item{i} = item{i};" for i in range(len(kind.items)))
-    return f"typedef struct {{ {members} }} {name};\n\nstatic inline {name} make_{name}({arguments}) {{\n    {name} made;\n    {sets}\n    return made;\n}}"
+    make = [f"static inline {name} make_{name}({arguments}) {{", f"    {name} made;", f"    {sets}", "    return made;", "}"]
+    return "\n".join([f"typedef struct {{ {members} }} {name};", "", *make])
 
 
 def record_text(component: type[Component]) -> str:

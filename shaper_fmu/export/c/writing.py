@@ -24,7 +24,7 @@ class Line:
 
 @dataclass
 class Block:
-    """Statements in braces after an opening such as `if (...) {`; `joins` where that begins with the brace that ends the one before."""
+    """Statements in braces after an opening such as `if (...) {`; `joins` where that follows the brace that ends the one before."""
 
     opening: str
     body: Body = field(default_factory=list)
@@ -83,7 +83,7 @@ def _remove_setting(body: Body, read: set[str]) -> bool:
 
 
 def declare(body: Body, name: str, kind: str, zero: str) -> None:
-    """Declare a variable in the innermost block that holds all its uses: where it gets its first value, if that is in that block."""
+    """Declare a variable in the innermost block that holds all its uses, where it gets its first value if that is in there."""
     at = [i for i, item in enumerate(body) if name in item.names]
     if not at:
         return
@@ -109,9 +109,9 @@ def written(body: Body, level: int = 1) -> list[str]:
         if item.comment:
             lines += comment(item.comment, level)
         if isinstance(item, Line):
-            lines += _wrapped(item.text, level)
+            lines += wrapped(item.text, level)
             continue
-        opening = _wrapped(item.opening, level)
+        opening = wrapped(item.opening, level)
         if item.joins:
             opening[0] = "    " * level + "} " + opening[0].lstrip()
         lines += opening
@@ -133,7 +133,8 @@ def comment(text: str, level: int = 0) -> list[str]:
     return lines
 
 
-def _wrapped(text: str, level: int) -> list[str]:
+def wrapped(text: str, level: int = 0) -> list[str]:
+    """A line, on several ones if it is long."""
     begin = "    " * level
     if len(begin) + len(text) <= WIDTH:
         return [begin + text]

@@ -102,7 +102,7 @@ def _item_tables(variables: list[Variable[Any]]) -> list[str]:
     return tables
 
 
-def _variable(variable: Variable[Any], index: dict[str, str], offsets: dict[str, str], is_slope: bool) -> str:
+def _variable(variable: Variable[Any], index: dict[str, int], offsets: dict[str, str], is_slope: bool) -> str:
     items = list(variable.kind) if issubclass(variable.kind, enum.IntEnum) else []
     causality = _SLOPE if is_slope else _CAUSALITIES[variable.causality]
     bounds = [_bound(variable, side, value) for side, value in (("min", variable.min), ("max", variable.max))]
