@@ -15,32 +15,30 @@ from shaper_fmu.errors import ComponentError
 from shaper_fmu.export.native.kernels import component_files
 from shaper_fmu.registry import components
 
-LIBM = set(
-    [
-        "sqrt",
-        "exp",
-        "sin",
-        "cos",
-        "pow",
-        "fmod",
-        "tan",
-        "acos",
-        "asin",
-        "atan",
-        "atan2",
-        "log",
-        "log2",
-        "fabs",
-        "sinh",
-        "cosh",
-        "floor",
-        "ceil",
-        "trunc",
-        "rint",
-        "copysign",
-        "ldexp",
-    ]
-)
+LIBM = {
+    "sqrt",
+    "exp",
+    "sin",
+    "cos",
+    "pow",
+    "fmod",
+    "tan",
+    "acos",
+    "asin",
+    "atan",
+    "atan2",
+    "log",
+    "log2",
+    "fabs",
+    "sinh",
+    "cosh",
+    "floor",
+    "ceil",
+    "trunc",
+    "rint",
+    "copysign",
+    "ldexp",
+}
 GCC = ("gcc",)
 
 
@@ -117,7 +115,7 @@ def test_the_c_can_be_compared_with_the_python(name):
     """Every function has a comment with file and line of its source, and the names of its arguments."""
     text = component_files(components()[name])["kernels.c"]
     functions = re.findall(r"\*/\nstatic \w+ (\w+)\(", text)
-    assert len(functions) == len(re.findall(r"^static \w+ \w+\(.*\{$", text, re.MULTILINE)) > 0
+    assert len(functions) == len(re.findall(r"^static (?!inline|const)\w+ \w+\(", text, re.MULTILINE)) > 0
     assert len(re.findall(r"\w+(?:\.py)?,\s+line \d+\)? \*/\nstatic", text)) == len(functions)
     assert max(map(len, text.splitlines())) <= 140
 
