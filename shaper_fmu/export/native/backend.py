@@ -23,6 +23,7 @@ from shaper_fmu.export.native.toolchain import (
     USUAL_PLATFORMS,
     Platform,
     build_library,
+    compile_object,
     platform_named,
     toolchain_version,
 )
@@ -81,10 +82,26 @@ def library(component: type[Component], token: str, fmi: int, platform: Platform
                 (Path(folder) / name).write_text(text, encoding="utf-8")
             target = Path(folder) / f"{component.__name__}{platform.suffix}"
             includes = [Path(folder), Path(__file__).parent, Path(fmpy.__file__).parent / "c-code"]
-            build_library([Path(folder) / "component.c", Path(folder) / "kernels.c"], target, platform, includes)
+            build_library([Path(folder) / "component.c", kernel_object(own, platform)], target, platform, includes)
             return target.read_bytes()
 
     return cached("libraries", f"{component.__name__}-{key}{platform.suffix}", make)
+
+
+def kernel_object(own: dict[str, str], platform: Platform) -> Path:
+    """The kernels alone, compiled: both versions of FMI are linked with them."""
+    runtime = [(Path(__file__).parent / name).read_bytes() for name in ("kernel.h", "toolchain.py")]
+    key = digest(*own.values(), *runtime, toolchain_version(), platform.target)
+
+    def make() -> bytes:
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in own.items():
+                (Path(folder) / name).write_text(text, encoding="utf-8")
+            target = Path(folder) / "kernels.o"
+            compile_object(Path(folder) / "kernels.c", target, platform, [Path(folder), Path(__file__).parent])
+            return target.read_bytes()
+
+    return cached("objects", f"{key}.o", make)
 
 
 def layer_sources(fmi: int) -> list[Path]:

@@ -100,8 +100,19 @@ def build_library(sources: list[Path], target: Path, built_for: Platform, includ
         flags.append("-Wl,--gc-sections")
     if built_for.suffix != ".dll":
         flags.append("-lm")
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", built_for.target, "-o", target.name, *map(str, sources), *flags]
+    _compile([*map(str, sources), *flags], target, built_for)
+
+
+def compile_object(source: Path, target: Path, built_for: Platform, includes: list[Path]) -> None:
+    """Compile a C file to an object of a shared library. Raises BuildError with the compiler's words."""
+    toolchain_version()
+    position = [] if built_for.suffix == ".dll" else ["-fPIC"]
+    _compile(["-c", str(source), *_FLAGS, *position, *[f"-I{folder}" for folder in includes]], target, built_for)
+
+
+def _compile(arguments: list[str], target: Path, built_for: Platform) -> None:
     # where the compiler runs, its output's name is relative: no path of this machine gets into the library
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", built_for.target, "-o", target.name, *arguments]
     done = subprocess.run(command, cwd=target.parent, capture_output=True, text=True, check=False)
     if done.returncode:
         raise BuildError(f"compiling for {built_for.name} failed:\n{done.stderr.strip()[-3000:]}")
