@@ -281,4 +281,4 @@ def _is_compiled_class(value: type) -> bool:
 def _is_compiled(value: Any) -> bool:
     """Whether the compiler knows values of this type at all."""
     known = (bool, int, float, complex, bytes, tuple, type, enum.Enum, ModuleType, BuiltinFunctionType, NoneType)
-    return value is _UNKNOWN or isinstance(value, known) or type(value).__module__.split(".")[0] in ("numpy", "numba")
+    return value is _UNKNOWN or isinstance(value, known) or type(value).__module__.split(".")[0] == "numpy"

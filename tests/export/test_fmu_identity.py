@@ -58,7 +58,7 @@ def fmu_run(path) -> list[list[str]]:
 
 ALONE = """
 import json, sys
-for name in ("shaper_fmu", "numba", "numpy.random"):
+for name in ("shaper_fmu", "numpy.random"):
     sys.modules[name] = None  # importing it fails from now on
 import fmpy
 from fmpy.fmi2 import FMU2Slave

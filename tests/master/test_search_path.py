@@ -17,7 +17,7 @@ from shaper_fmu.search_path import search_path, with_search_path
 from shaper_fmu.sweep.engine import run_study
 from shaper_fmu.sweep.engines import Processes, Serial
 
-NAMES = ("random", "types", "enum", "numpy", "numba", "msgspec", "tempfile", "json")
+NAMES = ("random", "types", "enum", "numpy", "msgspec", "tempfile", "json")
 PLACES = ["first", "", "PYTHONPATH"]
 """Where the folder with these files stands: before all others, as the working folder, or in the environment, too."""
 
