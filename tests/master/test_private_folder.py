@@ -70,7 +70,7 @@ OTHER_USER = pytest.mark.skipif(
 )
 
 
-@pytest.mark.representatives(home=["/nonexistent", None], cache=[None, "", "/nonexistent/cache"])
+@pytest.mark.representatives(home=["/nonexistent", None])
 @OTHER_USER
 @pytest.mark.parametrize("home", ["/nonexistent", "", None, "/"])
 def test_another_user_without_a_home_has_the_loop_compiled_once(nobodys, home):
