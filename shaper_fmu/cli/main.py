@@ -151,7 +151,9 @@ def run(
     taken = time.perf_counter() - begin
     for note in results.notes:
         err.print(f"note: {note}")
-    err.print(f"{stop_time - start_time:g} s simulated in {taken:.3g} s, {(stop_time - start_time) / taken:.3g} times real time")
+    stepping, simulated = max(results.stepping_time, 1e-9), stop_time - start_time
+    err.print(f"{simulated:g} s simulated in {stepping:.3g} s, {simulated / stepping:.3g} times real time", end="")
+    err.print(f" (loading and initializing took {taken - results.stepping_time:.3g} s besides)")
     last = [(name, *results.display(name)) for name in results.values]
     rows = [[name, f"{column[-1]:.6g}", unit] for name, column, unit in last]
     show(Table("", ["variable", "at the end", "unit"], rows, left_aligned=True))

@@ -27,6 +27,7 @@ class Results:
         display_units: "instance.variable" -> the unit for people, and its factor: shown = value * factor.
         notes: what a number may rest on: how events were treated, where not exactly, inputs that nothing fed, and the like.
         metrics: the metrics that were asked for, by name.
+        stepping_time: wall time of the steps alone [s]; 0 for a run in a process of its own.
     """
 
     time: np.ndarray
@@ -35,6 +36,7 @@ class Results:
     display_units: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     metrics: Mapping[str, float] = field(default_factory=dict)
+    stepping_time: float = field(default=0.0, compare=False)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """The values of "instance.variable"; "time" for the time. Raises ModelError with the nearest name."""

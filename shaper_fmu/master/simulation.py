@@ -11,6 +11,7 @@ import contextlib
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, get_args
 
 import numpy as np
@@ -193,7 +194,7 @@ class Simulation:
         _record_into(control, times, record)
         control.at_grid = 1
         loop().first_row(program.address, control)
-        most, stepwise = 1, controller is not None or bool(program.signals)
+        most, stepwise, spent = 1, controller is not None or bool(program.signals), 0.0
         while True:
             begin = time.perf_counter()
             try:
@@ -203,6 +204,8 @@ class Simulation:
                     code = self._step_with_signals(program, control)
                 else:
                     code = loop().run(program.address, control, most)
+                taken = time.perf_counter() - begin
+                spent += taken
                 if code == of.FAULT:
                     raise self._fault(program, control)
                 put_back(Share.FOR_OTHERS if progress is None or stepwise else Share.EVERYTHING)
@@ -216,13 +219,13 @@ class Simulation:
             elif code == of.FINISHED:
                 break
             elif not stepwise:  # so long that Python costs nothing, so short that people see progress and can interrupt
-                fitting = most * _CHUNK_SECONDS / max(1e-6, time.perf_counter() - begin)
+                fitting = most * _CHUNK_SECONDS / max(1e-6, taken)
                 most = max(1, min(1 << 24, _GROWTH * most, int(fitting)))
             if progress is not None:
                 progress(float(control.t))
         if progress is not None:
             progress(float(control.stop))
-        return self._results(program, control, times, record, notes)
+        return replace(self._results(program, control, times, record, notes), stepping_time=spent)
 
     def _step_with_signals(self, program: Program, control: of.Control) -> int:
         """A step of a system with inputs that Python functions give."""
