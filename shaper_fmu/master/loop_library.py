@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -169,9 +169,9 @@ def _kept(key: str, suffix: str, build: Callable[[Path, Path, list[Path]], None]
     return cached("loop", f"{key}{suffix}", make)
 
 
-def ship(folder: Path) -> None:
+def ship(folder: Path, platforms: Iterable[Platform] = PLATFORMS.values()) -> None:
     """Build what a wheel carries into this folder: the library for all platforms."""
-    for platform in PLATFORMS.values():
+    for platform in platforms:
         write_file(folder / _file_name(platform), _library_for(platform).read_bytes())
     write_file(folder / _MANIFEST, sources_digest().encode())
 

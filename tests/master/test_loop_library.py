@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 import threading
@@ -13,16 +12,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from loop_host import compile_loop, layout_with
-from native_host import ADDRESS
-from test_native_sanitized import reports, sanitized_environment
+from loop_host import layout_with
 
 from shaper_fmu.errors import BuildError
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.export.native.toolchain import platform_named
 from shaper_fmu.master import layout as of
 from shaper_fmu.master import loop_library
-from shaper_fmu.master.loop_library import LOOP, loop
+from shaper_fmu.master.loop_library import loop
 
 ROOT = Path(__file__).parents[2]
 
@@ -99,8 +96,7 @@ def shipped(tmp_path, monkeypatch) -> Path:
     """A folder as in a wheel, with the library for this machine alone."""
     folder = tmp_path / "shipped"
     monkeypatch.setattr(loop_library, "_LIBRARIES", folder)
-    monkeypatch.setattr(loop_library, "PLATFORMS", {"this": platform_named("this")})
-    loop_library.ship(folder)
+    loop_library.ship(folder, [platform_named("this")])
     return folder
 
 
@@ -225,29 +221,3 @@ def test_runs_sweeps_and_identification_need_no_numba(without_numba, numbers, tm
     *swept, frequency = done.stdout.splitlines()
     assert swept == ["{'done': 3}"] * 2
     assert float(frequency) == pytest.approx(10.0, rel=1e-3)
-
-
-def sanitized_run(folder: Path, layer: Path = LOOP) -> subprocess.CompletedProcess[str]:
-    """A run with the loop of these sources, which gcc has compiled with its sanitizers."""
-    flags = ("-std=gnu11", "-g", "-O1", "-shared", "-fPIC", *ADDRESS)
-    compile_loop(folder, f"-I{layer}", *flags, "-o", str(folder / "loop.so"))
-    use = f"from shaper_fmu.master import loop_library; loop_library._shipped = lambda: {str(folder / 'loop.so')!r}"
-    environment = sanitized_environment(folder)
-    environment.pop("SHAPER_FMU_TEST_SANITIZED")
-    return run(program(use), **environment)
-
-
-def test_a_run_under_the_sanitizers_is_clean_and_gives_the_same_bits(tmp_path, numbers):
-    done = sanitized_run(tmp_path)
-    assert (done.returncode, done.stdout) == (0, numbers), done.stderr + reports(tmp_path)
-    assert reports(tmp_path) == ""
-
-
-def test_the_sanitizers_see_a_fault(tmp_path):
-    """Rows are one number too long."""
-    shutil.copytree(LOOP, tmp_path / "broken")
-    text = (LOOP / "steps.c").read_text()
-    (tmp_path / "broken" / "steps.c").write_text(text.replace("< system->recorded.count; i++", "<= system->recorded.count; i++"))
-    done = sanitized_run(tmp_path, tmp_path / "broken")
-    assert done.returncode != 0
-    assert "heap-buffer-overflow" in reports(tmp_path) + done.stderr
