@@ -169,8 +169,12 @@ def _kept(key: str, suffix: str, build: Callable[[Path, Path, list[Path]], None]
     return cached("loop", f"{key}{suffix}", make)
 
 
-def ship(folder: Path, platforms: Iterable[Platform] = PLATFORMS.values()) -> None:
-    """Build what a wheel carries into this folder: the library for all platforms."""
+_SHIPPED_FOR = [platform for platform in PLATFORMS.values() if not platform.name.startswith("i686")]
+"""Where addresses have 32 bits, records are laid out otherwise than here: there it is built."""
+
+
+def ship(folder: Path, platforms: Iterable[Platform] = _SHIPPED_FOR) -> None:
+    """Build what a wheel carries into this folder: the library for all platforms whose addresses have 64 bits."""
     for platform in platforms:
         write_file(folder / _file_name(platform), _library_for(platform).read_bytes())
     write_file(folder / _MANIFEST, sources_digest().encode())
