@@ -120,6 +120,8 @@ def add_default_experiment(root: etree._Element, component: type[Component]) -> 
     })  # fmt: skip
 
 
+COMPILED_SOURCES = ("fmu.c", "kernels.c")
+"""The files of an FMU's folder sources/ that are compiled; they include the others."""
 ANNOTATION = "io.shaper-fmu"
 """Name of our annotations in a model description: of the tool in FMI 2.0, of the type in FMI 3.0."""
 

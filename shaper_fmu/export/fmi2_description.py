@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from lxml import etree
@@ -31,7 +31,13 @@ def fmi2_native_description(component: type[Component], guid: str, generator: st
     }
     exchange = {"completedIntegratorStepNotNeeded": parts.text(not component.sampled), **_NATIVE}
     return fmi2_model_description(
-        component, guid, generator, co_simulation, exchange if component.continuous_states is not None else None, log_events=True
+        component,
+        guid,
+        generator,
+        co_simulation,
+        exchange if component.continuous_states is not None else None,
+        log_events=True,
+        sources=parts.COMPILED_SOURCES,
     )
 
 
@@ -43,6 +49,7 @@ def fmi2_model_description(
     model_exchange: dict[str, str] | None = None,
     *,
     log_events: bool = False,
+    sources: Sequence[str] = (),
 ) -> bytes:
     """modelDescription.xml; value references count the scalars in the order of their declaration.
 
@@ -53,8 +60,8 @@ def fmi2_model_description(
     root = parts.new_document(component, "2.0", {"guid": guid}, generator)
     if model_exchange is not None:
         root.set("numberOfEventIndicators", "0")
-        etree.SubElement(root, "ModelExchange", {"modelIdentifier": component.__name__, **model_exchange})
-    etree.SubElement(root, "CoSimulation", {"modelIdentifier": component.__name__, **capabilities})
+        _add_sources(etree.SubElement(root, "ModelExchange", {"modelIdentifier": component.__name__, **model_exchange}), sources)
+    _add_sources(etree.SubElement(root, "CoSimulation", {"modelIdentifier": component.__name__, **capabilities}), sources)
     parts.add_units(root, component)
     _add_types(root, component)
     parts.add_log_categories(root, "fmi2", log_events)
@@ -64,6 +71,14 @@ def fmi2_model_description(
     _add_variables(root, component, positions, {rate.name: state.name for state, rate in states})
     _add_structure(root, component, positions, states)
     return parts.as_bytes(root)
+
+
+def _add_sources(element: etree._Element, sources: Sequence[str]) -> None:
+    """The files of the folder sources/ that are compiled; what they include is not listed."""
+    if sources:
+        parent = etree.SubElement(element, "SourceFiles")
+        for name in sources:
+            etree.SubElement(parent, "File", name=name)
 
 
 def _positions(component: type[Component]) -> dict[str, list[int]]:

@@ -22,9 +22,10 @@ import fmpy
 
 from shaper_fmu.component import Component
 from shaper_fmu.export.cache import cached, digest
+from shaper_fmu.export.description_parts import COMPILED_SOURCES
 from shaper_fmu.export.native import backend
 from shaper_fmu.export.native.kernels import component_files
-from shaper_fmu.export.native.table import component_table
+from shaper_fmu.export.native.sources import fmu_sources
 from shaper_fmu.export.native.toolchain import PLATFORMS, toolchain_version
 from shaper_fmu.registry import components
 
@@ -75,18 +76,17 @@ def token_of(fmu: Path) -> str:
 
 def sanitized_library(component: type[Component], token: str, fmi: int, flags: tuple[str, ...], layer: Path = LAYER) -> Path:
     """The FMI layer and the kernels, compiled with the checks of these sanitizers."""
-    sources = [layer / file.name for file in backend.layer_sources(fmi)]
-    unit = component_table(component, token) + "".join(f'#include "{file.name}"\n' for file in sources)
-    own = component_files(component)
-    key = digest(unit, *flags, *own.values(), *[file.read_bytes() for file in (*sources, *layer.glob("*.h"), Path(__file__))])
+    sources = fmu_sources(component, token, fmi, component_files(component))
+    sources |= {file.name: file.read_text() for file in layer.glob("*.[ch]") if file.name in sources}
+    key = digest(*flags, *[part for file in sorted(sources.items()) for part in file], Path(__file__).read_bytes())
 
     def make() -> bytes:
         with tempfile.TemporaryDirectory() as folder:
-            for name, text in {**own, "unit.c": unit}.items():
+            for name, text in sources.items():
                 (Path(folder) / name).write_text(text, encoding="utf-8")
-            inputs = [str(Path(folder) / name) for name in ("unit.c", "kernels.c")]
+            inputs = [str(Path(folder) / name) for name in COMPILED_SOURCES]
             target = Path(folder) / "library.so"
-            options = ["-shared", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", f"-I{folder}", f"-I{layer}", *flags]
+            options = ["-shared", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", f"-I{folder}", *flags]
             gcc([*options, *inputs, "-lm", "-o", str(target)])
             return target.read_bytes()
 

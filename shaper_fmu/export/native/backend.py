@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -13,11 +13,12 @@ import fmpy
 from shaper_fmu.archives import write_archive
 from shaper_fmu.component import Component
 from shaper_fmu.export.cache import cached, digest
+from shaper_fmu.export.description_parts import COMPILED_SOURCES
 from shaper_fmu.export.documentation import documentation_page
 from shaper_fmu.export.fmi2_description import fmi2_native_description
 from shaper_fmu.export.fmi3_description import fmi3_native_description
 from shaper_fmu.export.native.kernels import component_files
-from shaper_fmu.export.native.table import component_table
+from shaper_fmu.export.native.sources import fmu_sources, sources_folder
 from shaper_fmu.export.native.toolchain import (
     PLATFORMS,
     USUAL_PLATFORMS,
@@ -30,9 +31,6 @@ from shaper_fmu.export.native.toolchain import (
 from shaper_fmu.export.packing import check_component, content_guid, licences
 from shaper_fmu.export.terminals_and_icons import icon_and_terminals
 
-_LAYER = ("values.c", "messages.c", "states.c", "life.c", "exchange.c", "derivatives.c")
-_VERSIONS = {2: ("fmi2.c",), 3: ("fmi3.c", "fmi3_simulation.c", "fmi3_absent.c")}
-_HEADERS = ("kernel.h", "component.h", "fmi3.h")
 _DESCRIPTIONS = {2: fmi2_native_description, 3: fmi3_native_description}
 
 
@@ -57,35 +55,34 @@ def build_native_fmu(
     files = {"documentation/index.html": documentation_page(component).encode(), **licences("shaper-fmu")}
     files |= icon_and_terminals(component, fmi)
     draft = _DESCRIPTIONS[fmi](component, "", generator)
-    table = component_table(component, "")
-    made_of = {file.name: file.read_bytes() for file in _layer_files(fmi)} | {n: text.encode() for n, text in own.items()}
-    token = content_guid({**files, **made_of, "modelDescription.xml": draft, "table.c": table.encode()})
+    without_token = sources_folder(component, fmi, fmu_sources(component, "", fmi, own))
+    token = content_guid({**files, **without_token, "modelDescription.xml": draft})
     files["modelDescription.xml"] = _DESCRIPTIONS[fmi](component, token, generator)
+    sources = fmu_sources(component, token, fmi, own)
+    files |= sources_folder(component, fmi, sources)
     libraries = {}
     for platform in chosen:
         progress(f"{name}: FMI {fmi}.0, {platform.name}")
-        libraries[platform.name] = library(component, token, fmi, platform, own).read_bytes()
+        libraries[platform.name] = library(name, platform, sources, kernel_object(own, platform)).read_bytes()
     files |= _binaries(name, fmi, libraries)
     return write_archive(Path(folder) / f"{name}.fmu", files)
 
 
-def library(component: type[Component], token: str, fmi: int, platform: Platform, own: dict[str, str]) -> Path:
-    """The shared library of a component, from the cache or compiled."""
-    # one translation unit: the compiler sees the table while it compiles the layer, which makes a step twice as fast
-    unit = component_table(component, token) + "".join(f'#include "{file.name}"\n' for file in layer_sources(fmi))
-    contents = [file.read_bytes() for file in [*_layer_files(fmi), Path(__file__).parent / "toolchain.py"]]
-    key = digest(unit, toolchain_version(), platform.target, *own.values(), *contents)
+def library(name: str, platform: Platform, sources: Mapping[str, str], kernels: Path) -> Path:
+    """The shared library made of an FMU's sources, of which the kernels are compiled already; from the cache or compiled."""
+    parts = [part for file in sorted(sources.items()) for part in file]
+    key = digest(toolchain_version(), platform.target, (Path(__file__).parent / "toolchain.py").read_bytes(), *parts)
 
     def make() -> bytes:
         with tempfile.TemporaryDirectory() as folder:
-            for name, text in {**own, "component.c": unit}.items():
-                (Path(folder) / name).write_text(text, encoding="utf-8")
-            target = Path(folder) / f"{component.__name__}{platform.suffix}"
-            includes = [Path(folder), Path(__file__).parent, Path(fmpy.__file__).parent / "c-code"]
-            build_library([Path(folder) / "component.c", kernel_object(own, platform)], target, platform, includes)
+            for file, text in sources.items():
+                (Path(folder) / file).write_text(text, encoding="utf-8")
+            target = Path(folder) / f"{name}{platform.suffix}"
+            headers = Path(fmpy.__file__).parent / "c-code"
+            build_library([Path(folder) / COMPILED_SOURCES[0], kernels], target, platform, [headers])
             return target.read_bytes()
 
-    return cached("libraries", f"{component.__name__}-{key}{platform.suffix}", make)
+    return cached("libraries", f"{name}-{key}{platform.suffix}", make)
 
 
 def kernel_object(own: dict[str, str], platform: Platform) -> Path:
@@ -102,15 +99,6 @@ def kernel_object(own: dict[str, str], platform: Platform) -> Path:
             return target.read_bytes()
 
     return cached("objects", f"{key}.o", make)
-
-
-def layer_sources(fmi: int) -> list[Path]:
-    """The C files of the generic layer for this version of FMI."""
-    return [Path(__file__).parent / name for name in (*_LAYER, *_VERSIONS[fmi])]
-
-
-def _layer_files(fmi: int) -> list[Path]:
-    return [*layer_sources(fmi), *[Path(__file__).parent / name for name in _HEADERS]]
 
 
 def _binaries(name: str, fmi: int, libraries: dict[str, bytes]) -> dict[str, bytes]:

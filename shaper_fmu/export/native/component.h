@@ -6,6 +6,7 @@
 
 #include "kernel.h"
 
+#include <float.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -19,8 +20,20 @@
 #define LIKE_PRINTF
 #endif
 
+/* In an FMU all of the layer is one unit, fmu.c, and offers FMI's functions alone: several FMUs can be linked together. */
+#ifdef ONE_UNIT
+#define INTERNAL static
+#else
+#define INTERNAL
+#endif
+
 /* Refused by the compiler where it does not hold. */
 #define REQUIRED(what, holds) typedef char what[(holds) ? 1 : -1]
+
+/* Doubles are rounded to 64 bits after each operation; on 32-bit x86 that takes -msse2 -mfpmath=sse. */
+#if FLT_EVAL_METHOD != 0 && !defined(SHAPER_FMU_ANY_ROUNDING)
+#error "results would differ from those of other machines; on 32-bit x86 use -msse2 -mfpmath=sse, or define SHAPER_FMU_ANY_ROUNDING"
+#endif
 
 REQUIRED(a_double_has_8_bytes_and_an_int_4, sizeof(double) == 8 && sizeof(int) == 4);
 
@@ -96,7 +109,9 @@ typedef struct {
     StepKernel step;
 } Component;
 
+#ifndef ONE_UNIT
 extern const Component component;
+#endif
 
 /* Phases of an instance's life; a function may be called in the phases of its mask. */
 typedef enum {
@@ -141,67 +156,66 @@ struct Instance {
 };
 
 /* life.c */
-Instance *new_instance(const char *name, int model_exchange);
-void free_instance(Instance *);
-void reset_instance(Instance *);
-int check_identity(Instance *, const char *name, const char *token, int known_type);
-int allowed(Instance *, const char *function, int phases);
-Status set_start(Instance *, double start, int stop_defined, double stop);
-Status enter_initialization(Instance *);
-Status exit_initialization(Instance *, Phase next);
-Status refresh(Instance *);
-void note_set(Instance *, int changed);
-Status advance(Instance *, double t, double h, int left_limits);
-Status check_step(Instance *, double t, double h);
-Status enter_event_mode(Instance *);
-void terminate(Instance *);
-double next_event(const Instance *);
-double next_solver_event(const Instance *);
-int samples_changed(const Instance *);
+INTERNAL Instance *new_instance(const char *name, int model_exchange);
+INTERNAL void free_instance(Instance *);
+INTERNAL void reset_instance(Instance *);
+INTERNAL int check_identity(Instance *, const char *name, const char *token, int known_type);
+INTERNAL int allowed(Instance *, const char *function, int phases);
+INTERNAL Status set_start(Instance *, double start, int stop_defined, double stop);
+INTERNAL Status enter_initialization(Instance *);
+INTERNAL Status exit_initialization(Instance *, Phase next);
+INTERNAL Status refresh(Instance *);
+INTERNAL void note_set(Instance *, int changed);
+INTERNAL Status advance(Instance *, double t, double h, int left_limits);
+INTERNAL Status check_step(Instance *, double t, double h);
+INTERNAL Status enter_event_mode(Instance *);
+INTERNAL void terminate(Instance *);
+INTERNAL double next_event(const Instance *);
+INTERNAL double next_solver_event(const Instance *);
+INTERNAL int samples_changed(const Instance *);
 
-Status run_trial(Instance *, double t);
+INTERNAL Status run_trial(Instance *, double t);
 
 /* derivatives.c */
 enum { UNKNOWNS_AT_ONCE = 16 };
-int is_unknown(Instance *, const Variable *);
-Status add_derivatives(Instance *, const Variable *known, int element, double seed, const int *unknown, int n, double *sensitivity);
+INTERNAL int is_unknown(Instance *, const Variable *);
+INTERNAL Status add_derivatives(Instance *, const Variable *known, int element, double seed, const int *unknown, int n, double *sensitivity);
 
 /* states.c */
-size_t serialized_size(void);
-Status save_state(Instance *, void **state);
-Status restore_state(Instance *, const void *state);
-Status serialize_state(Instance *, const void *state, void *bytes, size_t size);
-Status deserialize_state(Instance *, const void *bytes, size_t size, void **state);
-void free_state(void **state);
+INTERNAL size_t serialized_size(void);
+INTERNAL Status save_state(Instance *, void **state);
+INTERNAL Status restore_state(Instance *, const void *state);
+INTERNAL Status serialize_state(Instance *, const void *state, void *bytes, size_t size);
+INTERNAL Status deserialize_state(Instance *, const void *bytes, size_t size, void **state);
+INTERNAL void free_state(void **state);
 
 /* exchange.c */
-Status set_time(Instance *, double t);
-Status get_states(Instance *, double *x, size_t n);
-Status set_states(Instance *, const double *x, size_t n);
-Status get_derivatives(Instance *, double *dx, size_t n);
-Status get_nominals(Instance *, double *x, size_t n);
-double nominal_value(const Instance *, const Variable *, int element);
-Status enter_continuous_time(Instance *);
-Status no_indicators(Instance *, size_t n);
+INTERNAL Status set_time(Instance *, double t);
+INTERNAL Status get_states(Instance *, double *x, size_t n);
+INTERNAL Status set_states(Instance *, const double *x, size_t n);
+INTERNAL Status get_derivatives(Instance *, double *dx, size_t n);
+INTERNAL Status get_nominals(Instance *, double *x, size_t n);
+INTERNAL double nominal_value(const Instance *, const Variable *, int element);
+INTERNAL Status enter_continuous_time(Instance *);
+INTERNAL Status no_indicators(Instance *, size_t n);
 
 /* values.c */
-int in_domain(const Variable *, double value);
-void *field(const Instance *, const Variable *, int element);
-void start_values(unsigned char *record, int with_inputs_and_parameters);
-Status check_domains(Instance *);
-Status check_inputs(Instance *, double t);
-Status check_results(Instance *, const unsigned char *record, double t, int with_calculated);
-int check_element(Instance *, const Variable *, int element, double value, const double *t);
-Status settable(Instance *, const Variable *, int element, double value);
-Status derivative_of(Instance *, const Variable *, int element, int order, double *value);
-Status set_slope(Instance *, const Variable *, int element, int order, double value, int only_check);
-int check_null(Instance *, const void *pointer, size_t n, const char *function);
+INTERNAL int in_domain(const Variable *, double value);
+INTERNAL void *field(const Instance *, const Variable *, int element);
+INTERNAL void start_values(unsigned char *record, int with_inputs_and_parameters);
+INTERNAL Status check_domains(Instance *);
+INTERNAL Status check_inputs(Instance *, double t);
+INTERNAL Status check_results(Instance *, const unsigned char *record, double t, int with_calculated);
+INTERNAL int check_element(Instance *, const Variable *, int element, double value, const double *t);
+INTERNAL Status settable(Instance *, const Variable *, int element, double value);
+INTERNAL Status derivative_of(Instance *, const Variable *, int element, int order, double *value);
+INTERNAL int check_null(Instance *, const void *pointer, size_t n, const char *function);
 
 /* messages.c */
-LIKE_PRINTF COLD Status refuse(Instance *, Status, const char *format, ...);
-COLD Status kernel_failure(Instance *, const unsigned char *record, int status, double t);
-COLD Status kernel_fault(Instance *, const Fault *fault, double t);
-void put_label(char *text, int size, const Variable *, int element);
-Status set_logging(Instance *, int on, size_t categories, const char *const category[]);
+INTERNAL LIKE_PRINTF COLD Status refuse(Instance *, Status, const char *format, ...);
+INTERNAL COLD Status kernel_failure(Instance *, const unsigned char *record, int status, double t);
+INTERNAL COLD Status kernel_fault(Instance *, const Fault *fault, double t);
+INTERNAL void put_label(char *text, int size, const Variable *, int element);
+INTERNAL Status set_logging(Instance *, int on, size_t categories, const char *const category[]);
 
 #endif

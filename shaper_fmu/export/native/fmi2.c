@@ -3,6 +3,7 @@
 #include "component.h"
 #include "fmi2Functions.h"
 
+#include <math.h>
 #include <string.h>
 
 #define READABLE (INITIALIZING | STEPPING | EVENT | CONTINUOUS | TERMINATED | FAILED)
@@ -277,6 +278,17 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal
 }
 
 /* Co-simulation */
+
+/* Set the time derivative of an input over the coming steps, or only tell whether it can be set. */
+static Status set_slope(Instance *instance, const Variable *v, int element, int order, double value, int only_check) {
+    if (v->slope < 0 || order != 1)
+        return refuse(instance, ERROR, "%s: the derivative of %s of order %d is not taken%s", component.name, v->name, order,
+                      v->slope < 0 ? ": it is held over a step" : ", only the first");
+    if (!isfinite(value))
+        return refuse(instance, ERROR, "%s: the derivative of %s must be a finite number", component.name, v->name);
+    if (!only_check) *(double *)field(instance, &component.variable[v->slope], element) = value;
+    return OK;
+}
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
                                        const fmi2Real value[]) {

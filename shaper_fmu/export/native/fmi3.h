@@ -14,6 +14,6 @@
     Instance *self = (Instance *)instance; \
     if (!allowed(self, __func__, phases)) return fmi3Error
 
-const Variable *find_variable(Instance *, fmi3ValueReference vr, int kinds, const char *type);
+INTERNAL const Variable *find_variable(Instance *, fmi3ValueReference vr, int kinds, const char *type);
 
 #endif

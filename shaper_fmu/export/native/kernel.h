@@ -29,12 +29,19 @@ typedef struct {
 #define FAULT_COMPLEX "the power of a negative number is complex"
 #define FAULT_SHIFT "negative shift count"
 
+/* Inside of its library alone, where a platform can tell: every FMU of a process has kernels of these names. */
+#if defined(__GNUC__) && !defined(_WIN32)
+#define NOT_EXPORTED __attribute__((visibility("hidden")))
+#else
+#define NOT_EXPORTED
+#endif
+
 /* What a component's kernels.c defines: 0 or the number of a message, and a fault if there was one. */
 #ifdef __cplusplus
 extern "C" {
 #endif
-int kernel_start(void *record, Fault *fault);
-int kernel_step(void *record, double t, double h, Fault *fault);
+NOT_EXPORTED int kernel_start(void *record, Fault *fault);
+NOT_EXPORTED int kernel_step(void *record, double t, double h, Fault *fault);
 #ifdef __cplusplus
 }
 #endif

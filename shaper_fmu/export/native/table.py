@@ -20,6 +20,8 @@ _CAUSALITIES = {
     "state": "HIDDEN",
 }
 _SLOPE = "SLOPE"
+_NOTHING = {"uint16_t": "0", "Scalar": "{0, 0, 0, REAL, 0}", "NumberedText": '{0, ""}'}
+"""The element of an array that has none: C has no empty arrays."""
 
 
 def component_table(component: type[Component], token: str) -> str:
@@ -53,7 +55,7 @@ def component_table(component: type[Component], token: str) -> str:
         '#include "record.h"',
         *_item_tables(variables),
         *[_array(kind, name, rows) for name, (kind, rows) in arrays.items()],
-        "const Component component = {" + ",\n    ".join([*fields, "kernel_start", "kernel_step"]) + "};",
+        "INTERNAL const Component component = {" + ",\n    ".join([*fields, "kernel_start", "kernel_step"]) + "};",
         "",
     ])  # fmt: skip
 
@@ -87,7 +89,7 @@ def _kind(variable: Variable[Any]) -> str:
 
 
 def _array(kind: str, name: str, rows: list[str]) -> str:
-    return f"static const {kind} {name}[] = {{\n    " + ",\n    ".join(rows or ["{0}" if kind != "uint16_t" else "0"]) + "};"
+    return f"static const {kind} {name}[] = {{\n    " + ",\n    ".join(rows or [_NOTHING[kind]]) + "};"
 
 
 def _item_tables(variables: list[Variable[Any]]) -> list[str]:

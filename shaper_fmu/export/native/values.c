@@ -169,17 +169,6 @@ Status derivative_of(Instance *instance, const Variable *v, int element, int ord
     return OK;
 }
 
-/* Set the time derivative of an input over the coming steps, or only tell whether it can be set. */
-Status set_slope(Instance *instance, const Variable *v, int element, int order, double value, int only_check) {
-    if (v->slope < 0 || order != 1)
-        return refuse(instance, ERROR, "%s: the derivative of %s of order %d is not taken%s", component.name, v->name, order,
-                      v->slope < 0 ? ": it is held over a step" : ", only the first");
-    if (!isfinite(value))
-        return refuse(instance, ERROR, "%s: the derivative of %s must be a finite number", component.name, v->name);
-    if (!only_check) *(double *)field(instance, &component.variable[v->slope], element) = value;
-    return OK;
-}
-
 /* Whether n values are really given; if not, says so. */
 int check_null(Instance *instance, const void *pointer, size_t n, const char *function) {
     if (pointer || !n) return 1;
