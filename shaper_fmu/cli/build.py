@@ -53,6 +53,10 @@ def build(
         list[str] | None,
         typer.Option("--without", help="Output to leave out of the FMU, such as a Boolean; may be repeated."),
     ] = None,
+    c: Annotated[
+        Path | None,
+        typer.Option("--c", help="Folder for the kernels alone, as C for controllers, instead of FMUs.", callback=output_folder),
+    ] = None,
     name: Annotated[
         str, typer.Option(help="With --start or --without: the FMU's name. Default: a name such as MotionProfile_s_curve.")
     ] = "",
@@ -72,6 +76,9 @@ def build(
     if starts or without or name:
         components = [_changed(components, starts or [], without or [], name)]
     _check_files(components)
+    if c is not None:
+        _write_c(components, folders, c)
+        return
     archives = {absolute(Path(folder)): absolute(archive_of(folder)) for folder in folders}
     output_file()([*(output / f"{component.__name__}.fmu" for component in components), *archives.values()])
 
@@ -84,6 +91,16 @@ def build(
         wrote(path, verb="built")
     for folder, archive in archives.items():
         wrote(pack_ssp(folder, output, archive, platforms or []), verb="built")
+
+
+def _write_c(components: list[type[Component]], folders: list[str], target: Path) -> None:
+    from shaper_fmu.export.plain_c import write_c
+
+    if folders:
+        raise typer.BadParameter(f"{folders[0]}: a system has no kernel of its own; name components", param_hint="--c")
+    for component in components:
+        for path in write_c(component, target):
+            wrote(path)
 
 
 def _components(names: list[str] | None, folders: list[str]) -> list[type[Component]]:
