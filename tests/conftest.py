@@ -26,7 +26,7 @@ REPRESENTATIVES = {"InputShaper", "MassSpringDamper", "OverheadCrane"}
 """Sampled with events, propagated exactly, integrated: the components that `make test` runs of the tests over all."""
 THOROUGH = {
     "test_cli_reproduce.py", "test_dist.py", "test_loop_sanitized.py", "test_native_interoperability.py", "test_native_platforms.py", "test_native_robustness.py",
-    "test_native_sanitized.py", "test_native_solver_order.py", "test_portable_systems.py", "test_published_bounds.py", "test_reproduce_partial_modes.py",
+    "test_native_sanitized.py", "test_native_solver_order.py", "test_native_sources.py", "test_portable_systems.py", "test_published_bounds.py", "test_reproduce_partial_modes.py",
     "test_reproduce_pwm.py", "test_reproduce_s_curve.py", "test_reproduce_two_part.py", "test_ssp_portable.py", "test_sweep_killed.py",
     "test_tune_records.py", "test_unknown_parameters.py",
 }  # fmt: skip
