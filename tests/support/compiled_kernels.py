@@ -57,7 +57,16 @@ def kernel_library(component: type[Component], compiler: tuple[str, ...] = ZIG, 
             for name, text in files.items():
                 (Path(folder) / name).write_text(text, encoding="utf-8")
             standard = "-std=c++11" if compiler[0] == "g++" else "-std=c99"
-            options = [standard, "-ffp-contract=off", "-shared", "-fPIC", *WARNINGS, *flags, f"-I{RUNTIME.parent}"]
+            options = [
+                standard,
+                "-ffp-contract=off",
+                "-shared",
+                "-fPIC",
+                "-DNOT_EXPORTED=",
+                *WARNINGS,
+                *flags,
+                f"-I{RUNTIME.parent}",
+            ]
             command = [*compiler, *options, str(Path(folder) / "kernels.c"), "-lm", "-o", str(Path(folder) / "kernels.so")]
             done = subprocess.run(command, capture_output=True, text=True, check=False)
             assert done.returncode == 0, done.stderr

@@ -30,7 +30,9 @@ typedef struct {
 #define FAULT_SHIFT "negative shift count"
 
 /* Inside of its library alone, where a platform can tell: every FMU of a process has kernels of these names. */
-#if defined(__GNUC__) && !defined(_WIN32)
+#if defined(NOT_EXPORTED)
+/* as defined by who compiles it */
+#elif defined(__GNUC__) && !defined(_WIN32)
 #define NOT_EXPORTED __attribute__((visibility("hidden")))
 #else
 #define NOT_EXPORTED
