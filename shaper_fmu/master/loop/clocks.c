@@ -182,12 +182,12 @@ static int activate_triggered(const System *system, Control *control, double t) 
     for (size_t i = 0; i < system->clocks.count; i++) {
         Clock *const clock = &system->clocks.at[i];
         if (clock->kind != CLOCK_TRIGGERING || clock->active || !can_be_read(system, clock)) continue;
-        Fmi3Boolean is_active = 0;
+        Answers answers = {{0}, {0}};
         const int status =
-            ((Fmi2Transfer *)clock->get)(system->instances.at[clock->instance].handle, clock->reference, 1, &is_active);
+            ((Fmi2Transfer *)clock->get)(system->instances.at[clock->instance].handle, clock->reference, 1, answers.flag);
         keep_arithmetic();
         if (!judge(control, status, -1 - clock->instance, CALLED_GetClock, t)) return FAILED;
-        if (!is_active) continue;
+        if (!answers.flag[0]) continue;
         clock->active = found = 1;
         for (int k = clock->targets; k < clock->targets + clock->target_count; k++)
             if (!activate(system, control, system->clock_numbers.at[k], t)) return FAILED;

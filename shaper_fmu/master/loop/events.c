@@ -13,18 +13,19 @@
 /* Update an instance's discrete states; 1 if it needs another update, 0 if not, or FAILED. */
 static int update(const System *system, Control *control, int number, double t) {
     Instance *const instance = &system->instances.at[number];
-    Fmi3Boolean again = 0, terminate = 0, nominals_changed = 0, values_changed = 0, event_defined = 0;
-    double event_time = 0.0;
+    Answers answers = {{0}, {0}};
+    Fmi3Boolean *const again = &answers.flag[0], *const terminate = &answers.flag[1], *const event_defined = &answers.flag[4];
+    double event_time = 0.0; /* flags 2 and 3: whether nominal values, and values of continuous states, have changed */
     const int status = ((Fmi3UpdateDiscreteStates *)instance->update)(
-        instance->handle, &again, &terminate, &nominals_changed, &values_changed, &event_defined, &event_time);
+        instance->handle, again, terminate, &answers.flag[2], &answers.flag[3], event_defined, &event_time);
     keep_arithmetic();
     if (!judge(control, status, -1 - number, CALLED_UpdateDiscreteStates, t)) return FAILED;
-    if (terminate) {
+    if (*terminate) {
         fail(control, FAULT_TERMINATED, 0, -1 - number, CALLED_UpdateDiscreteStates, t);
         return FAILED;
     }
-    instance->next_event = event_defined ? event_time : NO_EVENT;
-    return again ? 1 : 0;
+    instance->next_event = *event_defined ? event_time : NO_EVENT;
+    return *again ? 1 : 0;
 }
 
 static int all_in_mode(const System *system, Control *control, int entering, double t) {

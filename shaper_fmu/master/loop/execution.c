@@ -14,15 +14,16 @@ static inline int step2(const System *system, Control *control, int number, doub
 /* `stepped`: how many instances have taken this step before. */
 static int step3(const System *system, Control *control, int number, double t, double h, int stepped) {
     const Instance *const instance = &system->instances.at[number];
-    Fmi3Boolean event_needed = 0, terminate = 0, early_return = 0;
+    Answers answers = {{0}, {0}};
+    Fmi3Boolean *const event_needed = &answers.flag[0], *const terminate = &answers.flag[1], *const early_return = &answers.flag[2];
     double reached = t + h;
-    const int status = ((Fmi3DoStep *)instance->do_step)(instance->handle, t, h, !control->returning, &event_needed, &terminate,
-                                                         &early_return, &reached);
+    const int status = ((Fmi3DoStep *)instance->do_step)(instance->handle, t, h, !control->returning, event_needed, terminate,
+                                                         early_return, &reached);
     keep_arithmetic();
     if (!judge(control, status, -1 - number, CALLED_DoStep, t)) return 0;
-    if (terminate) return fail(control, FAULT_TERMINATED, 0, -1 - number, CALLED_DoStep, reached);
-    if (instance->event_mode && event_needed) control->at_event = 1;
-    if (early_return && reached < t + h - time_rounding(t, h)) {
+    if (*terminate) return fail(control, FAULT_TERMINATED, 0, -1 - number, CALLED_DoStep, reached);
+    if (instance->event_mode && *event_needed) control->at_event = 1;
+    if (*early_return && reached < t + h - time_rounding(t, h)) {
         if (!control->cut || stepped > 0 || !(reached > t + time_rounding(t, h)))
             return fail(control, FAULT_EARLY_RETURN, 0, -1 - number, CALLED_DoStep, reached);
         control->target = reached;

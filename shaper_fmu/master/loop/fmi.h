@@ -10,6 +10,12 @@
 
 typedef uint8_t Fmi3Boolean;
 
+/* Where a call answers by booleans: those that take C's int for them write four bytes, and must not write over anything else. */
+typedef struct {
+    Fmi3Boolean flag[5];
+    Fmi3Boolean spare[11];
+} Answers;
+
 /* fmi3EnterEventMode, fmi3EnterStepMode, fmi2Reset, fmi2EnterInitializationMode and the like */
 typedef int SimpleFunction(void *instance);
 
