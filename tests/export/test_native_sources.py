@@ -21,7 +21,7 @@ from fmpy.build import build_platform_binary
 from fmpy.validation import validate_fmu
 from lxml import etree
 from native_calls import Host, array
-from native_host import HEADERS, HOSTS, native_fmu, token_of
+from native_host import HEADERS, HOSTS, native_fmu, signatures, token_of
 from test_native_layer import CLANG, COMPILERS, compiler
 from test_native_platforms import case_lines, cases, here
 
@@ -77,6 +77,8 @@ def test_fmpy_builds_the_fmu_from_its_sources_with_equal_results(name, fmi, tmp_
     shutil.rmtree(folder / "binaries")
     (tmp_path / "build").mkdir()
     build_platform_binary(folder, tmp_path / "build", all_warnings=True)
+    listed = subprocess.run(["nm", "-D", "--defined-only", library_in(folder)], capture_output=True, text=True, check=True)
+    assert {line.split()[-1] for line in listed.stdout.splitlines()} == set(signatures(fmi))  # though nobody hides anything
     assert results(name, fmi, library_in(folder), tmp_path) == results(name, fmi, Path(ours), tmp_path)
     assert Path(ours).read_bytes() != library_in(folder).read_bytes()
 
