@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import random
 
+import numpy as np
 import pytest
+from compiled_kernels import record_dtype
 from native_drivers import Driver
 from native_host import native_fmu
 from test_fmu_identity import plain_run
@@ -96,6 +98,44 @@ def test_a_restored_state_replays_to_the_bit(name, fmi):
     run(driver, 0, 40)
     driver.close()
     other.close()
+
+
+def _with_value(serialized: bytes, record: np.dtype, name: str, value: float) -> bytes:
+    """A serialized state (see states.c: checksum, life, two records) with another value and the checksum that belongs to it."""
+    content = bytearray(serialized[8:])
+    first = len(content) - 2 * record.itemsize
+    for begin in (first, first + record.itemsize):
+        np.frombuffer(content, record, 1, begin)[name][...] = value
+    total = 14695981039346656037  # FNV-1a
+    for byte in content:
+        total = (total ^ byte) * 1099511628211 % 2**64
+    return total.to_bytes(8, "little") + bytes(content)
+
+
+@both_versions
+@pytest.mark.parametrize(("field", "value"), [("modes", 10**6), ("modes", -5), ("shaper", 999), ("natural_frequency", -1.0)])
+def test_a_state_with_impossible_values_is_refused(fmi, field, value):
+    """Kernels rely on the domains of parameters and inputs: where bounds are declared, an index is not tested."""
+    driver = Driver(native_fmu("InputShaper", fmi)).initialize(PARAMETERS["InputShaper"])
+    pack, unpack, put = (
+        ("serializeFMUState", "deserializeFMUState", "setFMUState")
+        if fmi == 3
+        else ("serializeFMUstate", "deSerializeFMUstate", "setFMUstate")
+    )
+    state = getattr(driver.slave, "getFMUState" if fmi == 3 else "getFMUstate")()
+    record = record_dtype(components()["InputShaper"])
+    same = getattr(driver.slave, pack)(state)
+    assert _with_value(same, record, "modes", np.frombuffer(same, record, 1, len(same) - record.itemsize)["modes"][0]) == same
+    changed = getattr(driver.slave, unpack)(_with_value(same, record, field, value))
+    with pytest.raises(Exception, match=r"Error|status 3"):
+        getattr(driver.slave, put)(changed)
+    assert any(field in message for message in driver.messages)
+    with pytest.raises(Exception, match=r"Error|status 3"):
+        driver.step(0.0, 0.1)
+    driver.slave.reset()
+    driver.initialize(PARAMETERS["InputShaper"])
+    driver.step(0.0, 0.1)
+    driver.close()
 
 
 @every_component
