@@ -39,8 +39,9 @@ class _Paths:
 
     def read(self, node: ast.AST | None, known: Names) -> None:
         for found in walked(node) if node is not None else ():
-            is_read = isinstance(found, ast.Name) and isinstance(found.ctx, ast.Load)
-            if is_read and found.id in self.own - known and not self._is_inner(found, node):
+            if not (isinstance(found, ast.Name) and isinstance(found.ctx, ast.Load)):
+                continue
+            if found.id in self.own - known and not self._is_inner(found, node):
                 self.refuse(found, f"{found.id} may have no value here: it is not set on every path; set it before")
                 known |= {found.id}
 

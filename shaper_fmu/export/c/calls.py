@@ -120,7 +120,7 @@ class Calls:
                 e.scope.refuse(node, f"*{ast.unparse(argument.value)} is no tuple")
             if whole.value is None and not whole.text.isidentifier():
                 whole = e._held(node, whole)
-            size = len(whole.kind.items) if isinstance(whole.kind, Struct) else len(whole.value)
+            size = len(whole.kind.items) if isinstance(whole.kind, Struct) else len(tuple(whole.value or ()))
             yield from (e.item(whole, i) for i in range(size))
 
     # built-in functions
