@@ -155,7 +155,7 @@ class Simulation:
         control.stop, control.step, control.steps = stop_time, step, steps
         control.ends_whole = ends_whole(start_time, stop_time, step, steps)
         set_exact(control, program, treatment.exact)
-        control.everywhere, control.exchange = everywhere, algorithm == "jacobi"
+        control.everywhere, control.exchange = bool(everywhere), algorithm == "jacobi"
         if program.signals and not control.exchange:
             control.functions, control.function_place = len(program.signals), program.signals[0][0]
         control.cut = treatment.exact and not program.signals  # Python's functions are asked before a step, for its end
@@ -333,7 +333,8 @@ def number_of_steps(system: SystemStructure, start_time: float, stop_time: float
 
 def ends_whole(start_time: float, stop_time: float, step: float, steps: int) -> bool:
     """Whether the last step is meant to be as long as the others and differs only by rounding."""
-    return abs(start_time + steps * step - stop_time) <= 1e-9 * step + 4.0 * math.ulp(max(abs(start_time), abs(stop_time)))
+    rounding = 1e-9 * step + 4.0 * math.ulp(max(abs(start_time), abs(stop_time)))
+    return bool(abs(start_time + steps * step - stop_time) <= rounding)  # of times that numpy made, too
 
 
 def _record_into(control: of.Control, times: np.ndarray, record: np.ndarray) -> None:
