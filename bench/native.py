@@ -11,7 +11,9 @@ from host import Hosted, hosted, measure, shared_python, this_platform
 
 from shaper_fmu import components, find_component
 from shaper_fmu.component import Component
-from shaper_fmu.export.native.backend import build_native_fmu, library
+from shaper_fmu.export.native.backend import build_native_fmu, kernel_object, library
+from shaper_fmu.export.native.kernels import component_files
+from shaper_fmu.export.native.sources import fmu_sources
 from shaper_fmu.export.pythonfmu_backend import build_fmu as build_python_fmu
 
 ROUNDS = 201
@@ -69,7 +71,10 @@ def native_vs_handwritten_c(folder: Path) -> Row:
     component = find_component("MassSpringDamper")
     _check_record(component)
     native = _native(component, folder)
-    handwritten = replace(native, library=library(component, native.token, 2, this_platform(), [_HANDWRITTEN]))
+    own = {**component_files(component), "kernels.c": _HANDWRITTEN.read_text()}
+    sources = fmu_sources(component, native.token, 2, own)
+    made = library(component.__name__, this_platform(), sources, kernel_object(own, this_platform()))
+    handwritten = replace(native, library=made)
     return compared("native_vs_handwritten_c", lambda: measure([native, handwritten], ROUNDS), tolerance=1e-15, needed=1 / 1.5)
 
 

@@ -58,7 +58,7 @@ def random_parameters(component: type[Component], rng: random.Random) -> dict:
 def every_item(component: type[Component]) -> list[dict]:
     """The start values, and with them every item of every enumeration."""
     parameters = [v for v in component.variables.values() if v.causality == "parameter" and issubclass(v.kind, enum.IntEnum)]
-    return [{}, *[{v.name: item.name} for v in parameters for item in list(v.kind)]]
+    return [{}, *[{v.name: item.name} for v in parameters for item in v.kind.__members__.values()]]
 
 
 def compare(component: type[Component], native: Kernels, values: dict, rng: random.Random) -> None:
