@@ -69,11 +69,22 @@ def with_start_values(
         lines="\n".join(
             [f"    {v.name} = {component.__name__}.variables[{v.name!r}].starting_at({_written(changed, v)})" for v in other]
             + [f"    {label} = {component.__name__}.variables[{label!r}].hidden()" for label in dict.fromkeys(without)]
+            + _terminals(component, without)
         )
         or "    pass",
     )
     path = cached("start_values", f"{name}_{digest(source)}.py", source.encode)
     return next(found for found in load_components(Path(path)) if found.__name__ == name)
+
+
+def _terminals(component: type[Component], without: Sequence[str]) -> list[str]:
+    """The line for terminals without what is left out, if they have some of it."""
+    kept = {name: {m: v for m, v in members.items() if v not in without} for name, members in component.terminals.items()}
+    return (
+        [f"    terminals = { ({name: members for name, members in kept.items() if members})!r}"]
+        if kept != component.terminals
+        else []
+    )
 
 
 def _check_left_out(component: type[Component], names: Sequence[str]) -> None:

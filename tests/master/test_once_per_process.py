@@ -161,5 +161,5 @@ def test_sweeps_go_on_in_new_processes(tmp_path, stays):
     runs = runs_of(store)
     assert [run.metrics.get("final", 0.0) for run in runs] == pytest.approx([1.0, 2.0, 0.0, 4.0, 5.0], abs=1e-12)
     assert "Fatal" in (runs[2].reason or "")
-    with pytest.raises(OccupiedError, match="of its own"):  # serial sweeps have one process alone
+    with pytest.raises(OccupiedError, match="separate process"):  # serial sweeps have one process alone
         run_study(study, tmp_path / "serial.sqlite", engine=engine_for(0))

@@ -42,7 +42,8 @@ def _undefined_unit(files: dict[str, bytes]) -> None:
 def _model_exchange_alone(files: dict[str, bytes]) -> None:
     text = files["modelDescription.xml"].decode()
     begin = text.index("<CoSimulation")
-    files["modelDescription.xml"] = (text[:begin] + text[text.index("/>", begin) + 2 :]).encode()
+    end = "</CoSimulation>"
+    files["modelDescription.xml"] = (text[:begin] + text[text.index(end, begin) + len(end) :]).encode()
 
 
 COMPONENTS: dict[str, Wrong] = {
@@ -106,7 +107,7 @@ COMPONENTS: dict[str, Wrong] = {
             (
                 SSD,
                 PLANT,
-                'component \'plant\': MassSpringDamper.fmu: modelDescription.xml: The unit "slug" of variable "mass" (line 48) is not defined.',
+                'component \'plant\': MassSpringDamper.fmu: modelDescription.xml: The unit "slug" of variable "mass" (line 58) is not defined.',
             ),
             (SSD, 'unit="t"', "parameter mass -> plant.mass: unit t does not convert to slug"),
         ),
