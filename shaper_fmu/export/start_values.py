@@ -80,11 +80,9 @@ def with_start_values(
 def _terminals(component: type[Component], without: Sequence[str]) -> list[str]:
     """The line for terminals without what is left out, if they have some of it."""
     kept = {name: {m: v for m, v in members.items() if v not in without} for name, members in component.terminals.items()}
-    return (
-        [f"    terminals = { ({name: members for name, members in kept.items() if members})!r}"]
-        if kept != component.terminals
-        else []
-    )
+    if kept == component.terminals:
+        return []
+    return [f"    terminals = { ({name: members for name, members in kept.items() if members})!r}"]
 
 
 def _check_left_out(component: type[Component], names: Sequence[str]) -> None:

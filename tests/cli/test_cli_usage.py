@@ -146,6 +146,7 @@ def test_what_one_may_not_touch(workshop, tmp_path):
     refused(workshop, ["build", "InputShaper", "--output", str(shut / "fmus")], "nothing can be written into")
 
 
+@pytest.mark.thorough
 def test_missing_folders_of_outputs_are_made(workshop, tmp_path):
     for arguments, name in (
         ([*RUN, "--stop-time", "1", "--output"], "r.csv"),

@@ -84,6 +84,7 @@ def test_modes(workshop):
     assert f"wrote {LONG}_modes.html" in said("design", "zv", "--modes", "modes.toml", "--plot", f"{LONG}_modes.html", cwd=workshop)
 
 
+@pytest.mark.thorough
 def test_sweep_and_report(workshop):
     text = said("sweep", f"{LONG}.toml", "--store", f"{LONG}.sqlite", "--workers", "0", cwd=workshop)
     assert f"│ {LONG}ZV " in text

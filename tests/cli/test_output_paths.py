@@ -101,7 +101,7 @@ SWINGING = DESCRIPTION.replace(
 ).replace("<Outputs>", '<Outputs><Unknown index="3" dependencies=""/>')
 
 
-@pytest.mark.representatives(call=["step"])
+@pytest.mark.thorough
 @pytest.mark.parametrize("call", ["instantiate", "step", "free"])
 def test_what_tune_writes_is_where_the_user_is(tmp_path, call):
     archive(tmp_path, f"directory_{call}", SWINGING)

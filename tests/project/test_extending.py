@@ -224,6 +224,7 @@ def test_tune_chooses_among_them(found):
     assert values["shaper"] == "late_zv"
 
 
+@pytest.mark.thorough
 def test_the_command_tune_verifies_one_on_a_plant_of_theirs(found, folder):
     """Both from entry points: identified, chosen, simulated and written; late by (2 n + 1) pi / wd, here with n = 1."""
     words = ["tune", "native/PiezoStage.fmu", "--input", "base", "--output", "position", "--kind", "late_zv", "--margin", "1%"]

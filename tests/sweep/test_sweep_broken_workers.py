@@ -77,6 +77,7 @@ FRAMES = {  # what an FMU may write into the channel of its worker
 }
 
 
+@pytest.mark.representatives(kind=["noise", "length", "no reason"])
 @pytest.mark.parametrize("kind", FRAMES)
 def test_answers_that_nobody_asked_for_are_ignored_and_the_worker_is_replaced(harmful, tmp_path, monkeypatch, kind):
     monkeypatch.setenv("HARMFUL_FRAME", str(tmp_path / "frame"))

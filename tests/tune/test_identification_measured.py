@@ -123,7 +123,7 @@ def test_without_an_end_it_is_found_where_the_modes_stay(noise):
     assert found.findings[0].code == "assumed_free"
 
 
-@pytest.mark.representatives(noise=[0.003])
+@pytest.mark.thorough
 @pytest.mark.parametrize("noise", [0.002, 0.003, 0.004])
 def test_an_end_that_is_told_too_early_is_contradicted(noise):
     """Where it is not (the move may look like modes that die out at once), the mode itself is right, so that nothing wrong is proven."""
@@ -161,6 +161,7 @@ def test_a_column_of_the_excitation_that_is_no_number_is_told():
         identify_measured(table(T, force=force), input="force")
 
 
+@pytest.mark.thorough
 def test_a_record_that_does_not_tell_is_refused():
     t, x = moved(noise=0.003)
     with pytest.raises(IdentificationError, match="Give the end of the excitation"):

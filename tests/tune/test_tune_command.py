@@ -106,6 +106,7 @@ def test_the_same_twice_gives_the_same_bits(spring, fmus, tmp_path):
     assert not (tmp_path / "MassSpringDamper_tuned" / "report.html").exists()
 
 
+@pytest.mark.thorough
 def test_a_closed_loop_in_an_archive(fmus, tmp_path):
     """The modes are the loop's (eigenvalues of its matrices, Jung 2011), not the chain's; the shaper holds on the loop."""
     loop = three_mass_loop(fmus)
@@ -154,6 +155,7 @@ def test_too_short_a_delay_says_what_would_fit(fmus, tmp_path):
     assert not list((tmp_path / "MassSpringDamper_tuned").glob("*.fmu"))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("output", "command"), [("position[3]", "doublet"), ("velocity[3]", "pulse")])
 def test_a_rigid_body_is_excited_so_that_it_comes_to_rest(fmus, output, command):
     """A free chain: a constant force drives it on for ever; a pulse of force leaves its position drifting, a doublet does not."""
@@ -215,6 +217,7 @@ def test_a_measured_response(tmp_path):
     assert "shaped_plant.ssp" not in files
 
 
+@pytest.mark.thorough
 def test_a_shaper_that_is_not_proven_says_so_wherever_it_is_met(tmp_path):
     """A rest, a sine's period of acceleration, the ringing, and nobody tells when it has ended: in the files, and where they are told."""
     t = np.arange(0.0, 12.0, 0.02)
