@@ -14,9 +14,11 @@ class Blocks:
     """Translates statements one after the other, each by the method of its kind."""
 
     def __init__(self, scope: FunctionScope, expressions: Expressions, file: File | None):
-        self.scope, self.e, self.file = scope, expressions, file
+        self.scope: FunctionScope = scope
+        self.e: Expressions = expressions
+        self.file: File | None = file
         self.flags: list[str] = []  # of the loops at work: a variable that tells whether a break ended it, or empty
-        self.commented = scope.scope.lineno
+        self.commented: int = scope.scope.lineno
 
     def body(self, statements: list[ast.stmt]) -> None:
         for s in statements:

@@ -46,7 +46,7 @@ class Calls:
     """Translates the calls of one function; `function` gives the call of a function of a kernel's kind."""
 
     def __init__(self, function: Translated):
-        self.function = function
+        self.function: Translated = function
 
     def __call__(self, e: Expressions, node: ast.Call) -> Code:
         scope = e.scope

@@ -35,7 +35,8 @@ class Expressions:
     """Translates the expressions of one function; `calls` translates calls."""
 
     def __init__(self, scope: FunctionScope, calls: Caller):
-        self.scope, self.calls = scope, calls
+        self.scope: FunctionScope = scope
+        self.calls: Caller = calls
 
     def of(self, node: ast.expr) -> Code:
         """The expression in C. Raises Refused."""

@@ -22,12 +22,16 @@ class FunctionScope:
     """One function while it is translated."""
 
     def __init__(self, unit: Unit, function: Function, home: FunctionType, scope: Scope, outside: dict[str, Any]):
-        self.unit, self.function, self.home, self.scope, self.outside = unit, function, home, scope, outside
-        self.own = own_names(scope)
-        self.read = read_names(scope)
+        self.unit: Unit = unit
+        self.function: Function = function
+        self.home: FunctionType = home
+        self.scope: Scope = scope
+        self.outside: dict[str, Any] = outside
+        self.own: frozenset[str] = own_names(scope)
+        self.read: frozenset[str] = read_names(scope)
         self.lines: Body = []
-        self.ordered = True  # whether lines may be put before the statement at work
-        self.temporaries = 0
+        self.ordered: bool = True  # whether lines may be put before the statement at work
+        self.temporaries: int = 0
         self.set_names: set[str] = set()
         """Variables that lines set, and that must be declared."""
         self.roots: dict[str, str] = {}

@@ -46,7 +46,9 @@ class Refused(Exception):
 
     def __init__(self, file: str, line: int, words: str):
         super().__init__(words)
-        self.file, self.line, self.words = file, line, words
+        self.file: str = file
+        self.line: int = line
+        self.words: str = words
 
 
 @dataclass
@@ -80,20 +82,20 @@ class Unit:
     """The state of a translation; see `translate`."""
 
     def __init__(self, component: type[Component]):
-        self.component = component
+        self.component: type[Component] = component
         self.functions: dict[Any, Function] = {}
         self.order: list[Function] = []
         self.structs: dict[str, Struct] = {}
         self.constants: dict[str, str] = {}
-        self.names = Names()
+        self.names: Names = Names()
         self.locals: set[str] = set()
         self.stored: set[str] = set()
         """Variables of the record that a kernel changes: their declared bounds do not hold while it runs."""
         self.whole: set[str] = set()
         """Real variables of the record that a kernel sets to integers."""
-        self.number = 0
-        self.changed = True
-        self.final = False
+        self.number: int = 0
+        self.changed: bool = True
+        self.final: bool = False
         """Whether this is the last pass, which writes the text."""
 
     def begin_pass(self) -> bool:

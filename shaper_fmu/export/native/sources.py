@@ -11,7 +11,7 @@ from shaper_fmu.component import Component
 from shaper_fmu.export.description_parts import COMPILED_SOURCES, as_bytes
 from shaper_fmu.export.native.table import component_table
 
-UNIT, _ = COMPILED_SOURCES
+UNIT: str = COMPILED_SOURCES[0]
 TABLE = "component.c"
 OPTIONS = "-ffp-contract=off"
 """A product and a sum are rounded each, as in Python: a compiler that fuses them gives other last digits."""

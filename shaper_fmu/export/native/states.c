@@ -49,11 +49,14 @@ Status save_state(Instance *instance, void **state) {
 
 static int is_phase(int phase) { return phase > 0 && phase <= FAILED && !(phase & (phase - 1)) && phase != INTERMEDIATE; }
 
-/* Whether parameters and inputs of a restored record are in their domains: kernels rely on it. */
-static int in_domains(Instance *instance, unsigned char *record) {
+/* Whether parameters and held inputs of a restored state are in their domains: kernels rely on it. Other inputs are checked
+   when they are used. */
+static int in_domains(Instance *instance) {
     unsigned char *own = instance->record;
-    instance->record = record;
-    Status status = check_domains(instance);
+    if (check_parameters(instance)) return 0;
+    if (!instance->held || !component.sampled) return 1;
+    instance->record = instance->held;
+    Status status = check_inputs(instance, instance->record_time);
     instance->record = own;
     return status == OK;
 }
@@ -79,7 +82,7 @@ Status restore_state(Instance *instance, const void *state) {
     memcpy(instance->record, bytes + sizeof life, (size_t)component.record_size);
     if (instance->held) memcpy(instance->held, bytes + sizeof life + component.record_size, (size_t)component.record_size);
     if (life.phase & (INSTANTIATED | INITIALIZING | FAILED)) return OK; /* the values are checked before they are used */
-    if (in_domains(instance, instance->record) && (!instance->held || in_domains(instance, instance->held))) return OK;
+    if (in_domains(instance)) return OK;
     instance->phase = FAILED;
     return ERROR;
 }

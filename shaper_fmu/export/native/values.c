@@ -108,6 +108,15 @@ Status check_domains(Instance *instance) {
     return OK;
 }
 
+/* Check the parameters alone. */
+Status check_parameters(Instance *instance) {
+    for (int k = 0; k < component.variables; k++) {
+        const Variable *v = &component.variable[k];
+        if (v->causality == PARAMETER && check_variable(instance, v, 0)) return ERROR;
+    }
+    return OK;
+}
+
 /* Check the inputs that act from t on. */
 Status check_inputs(Instance *instance, double t) {
     for (int k = 0; k < component.inputs; k++)
