@@ -35,6 +35,30 @@ def record_of(instance: Component) -> np.ndarray:
     return record
 
 
+def packed_dtype(component: type[Component]) -> np.dtype:
+    """The record on 32-bit Linux, where doubles lie at multiples of four bytes."""
+    wide = record_dtype(component)
+    names = list(wide.names or ())
+    kinds = [wide[name] for name in names]
+    offsets = np.cumsum([0, *[kind.itemsize for kind in kinds]])
+    return np.dtype({"names": names, "formats": kinds, "offsets": offsets[:-1].tolist(), "itemsize": int(offsets[-1])})
+
+
+def on_32_bits(component: type[Component], records: list[np.ndarray], folder: Path) -> list[tuple[np.ndarray, bool]]:
+    """What a 32-bit program makes of each record, and whether it has failed; with the arithmetic of SSE2, static, by ziglang and musl."""
+    for name, text in component_files(component).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    sources = [str(folder / "kernels.c"), str(RUNTIME.parents[3] / "tests" / "support" / "hosts" / "kernels.c")]
+    target = ["-target", "x86-linux-musl", "-mcpu=pentium4", "-static", "-std=c99", "-O2", "-ffp-contract=off"]
+    program = folder / "kernels32"
+    subprocess.run([*ZIG, *target, f"-I{folder}", f"-I{RUNTIME.parent}", *sources, "-lm", "-o", str(program)], check=True)
+    packed = packed_dtype(component)
+    given = b"".join(record.astype(packed).tobytes() for record in records)
+    done = subprocess.run([program], input=given, capture_output=True, check=True).stdout
+    whole = np.frombuffer(done, np.dtype([("record", packed), ("failed", "i4")]))
+    return [(one["record"].astype(record_dtype(component)).reshape(1), bool(one["failed"])) for one in whole]
+
+
 class Fault(ctypes.Structure):
     """See kernel.h."""
 

@@ -6,6 +6,7 @@ import math
 import random
 from pathlib import Path
 
+import numpy as np
 from compiled_kernels import Kernels, record_of
 
 from shaper_fmu.component import Component
@@ -131,15 +132,21 @@ def random_values(rng: random.Random) -> dict:
     }  # fmt: skip
 
 
-def run_both(component: type[Component], native: Kernels, case: int, values: dict) -> tuple[str, str, bool]:
-    """What plain Python and C find: an empty text, or an error; and whether their records are equal, bit for bit."""
+def run_plain(component: type[Component], case: int, values: dict) -> tuple[np.ndarray, np.ndarray, str]:
+    """The record before a step and, as plain Python makes it, afterwards; and the error, if there is one."""
     plain = component(case=case, **values)
-    record = record_of(plain)
-    errors = ["", ""]
+    before = record_of(plain)
     try:
         plain.do_step(0.0, 0.1)
     except ComponentError as error:
-        errors[0] = str(error)
+        return before, before, str(error)
+    return before, record_of(plain), ""
+
+
+def run_both(component: type[Component], native: Kernels, case: int, values: dict) -> tuple[str, str, bool]:
+    """What plain Python and C find: an empty text, or an error; and whether their records are equal, bit for bit."""
+    record, expected, error = run_plain(component, case, values)
+    errors = [error, ""]
     try:
         status = native.step(record, 0.0, 0.1)
         errors[1] = f"status {status}" if status else ""
@@ -149,7 +156,6 @@ def run_both(component: type[Component], native: Kernels, case: int, values: dic
         errors[1] = "y is not finite"  # what the FMI layer refuses
     if errors[0] or errors[1]:
         return errors[0], errors[1], False
-    expected = record_of(plain)
     for one in (expected, record):
         one["y"] += 0.0  # gcc 12 makes -x of 0.0 - x where x is a converted integer: the sign of zero is not compared there
     return "", "", all(expected[name].tobytes() == record[name].tobytes() for name in expected.dtype.names or ())
