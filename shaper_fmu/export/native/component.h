@@ -205,7 +205,7 @@ INTERNAL void *field(const Instance *, const Variable *, int element);
 INTERNAL void start_values(unsigned char *record, int with_inputs_and_parameters);
 INTERNAL Status check_domains(Instance *);
 INTERNAL Status check_parameters(Instance *);
-Status check_inputs(Instance *, double t);
+INTERNAL Status check_inputs(Instance *, double t);
 INTERNAL Status check_results(Instance *, const unsigned char *record, double t, int with_calculated);
 INTERNAL int check_element(Instance *, const Variable *, int element, double value, const double *t);
 INTERNAL Status settable(Instance *, const Variable *, int element, double value);
