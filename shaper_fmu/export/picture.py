@@ -10,6 +10,7 @@ import enum
 import functools
 import io
 import math
+import threading
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -47,6 +48,10 @@ class Picture:
 
     svg: str
     caption: str
+
+
+_ONE_STYLE = threading.Lock()
+"""matplotlib's style is one for the process: pictures of two threads would leave each other's behind."""
 
 
 def behaviour_picture(component: type[Component]) -> Picture | None:
@@ -222,7 +227,7 @@ def _draw(component: type[Component], recording: Recording, panels: dict[str, li
     }  # fmt: skip
     heights = [0.5 if unit == _TRUTH else 1.0 for unit in panels]
     stream = io.BytesIO()
-    with matplotlib.style.context(["default", look]):
+    with _ONE_STYLE, matplotlib.style.context(["default", look]):
         figure = Figure(figsize=(7.5, 0.8 + 1.5 * sum(heights)), layout="constrained")
         figure.suptitle(f"{component.__name__}: outputs over time")
         rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
@@ -247,7 +252,7 @@ def _draw_icon(component: type[Component], recording: Recording, name: str, kind
         "lines.solid_joinstyle": "round",
     }
     stream = io.BytesIO()
-    with matplotlib.style.context(["default", look]):
+    with _ONE_STYLE, matplotlib.style.context(["default", look]):
         figure = Figure(figsize=(2.0, 2.0), dpi=100.0)
         figure.add_artist(Rectangle((0.02, 0.02), 0.96, 0.96, facecolor="white", edgecolor="#333333", linewidth=1.5, zorder=-1.0))
         axes = figure.add_axes((0.12, 0.3, 0.76, 0.58))
