@@ -15,6 +15,8 @@ typedef struct {
     double position;
     double velocity;
     double acceleration;
+    double usual_position;
+    double usual_velocity;
     double force_slope;
     double known_step;
     double transition[4];
@@ -94,6 +96,8 @@ int kernel_start(void *record, Fault *fault) {
     (void)fault;
     m->natural_frequency = sqrt(m->stiffness / m->mass);
     m->damping_ratio = 0.5 * m->damping / sqrt(m->stiffness * m->mass);
+    m->usual_position = 1.0 / m->stiffness;
+    m->usual_velocity = m->natural_frequency / m->stiffness;
     return 0;
 }
 
