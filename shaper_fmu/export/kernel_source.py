@@ -7,30 +7,16 @@ than `math`). What depends on the types of values is left to the compiler.
 
 from __future__ import annotations
 
-import ast
-import linecache
 from dataclasses import dataclass, field
 from types import FunctionType
 
 from shaper_fmu.component import Component
 from shaper_fmu.errors import BuildError
-from shaper_fmu.export.kernel_reader import Reader, Scope, used_names
+from shaper_fmu.export.c.source import Finding, definition
+from shaper_fmu.export.kernel_reader import Reader, used_names
 
 _KERNELS = ("start", "step")
 _MOST_FINDINGS = 10
-
-
-@dataclass(frozen=True)
-class Finding:
-    """What is wrong, and where."""
-
-    file: str
-    line: int
-    words: str
-
-    def __str__(self) -> str:
-        source = linecache.getline(self.file, self.line).strip()
-        return f"{self.file}:{self.line}: {self.words}" + (f"\n    {source}" if source else "")
 
 
 def check_kernels(component: type[Component]) -> None:
@@ -79,7 +65,7 @@ class _Check:
             return
         self.done.add((function, records))
         self.active.append(function)
-        scope = _definition(function)
+        scope = definition(function)
         if scope is not None:
             Reader(self, function, scope, records).read()
         self.active.pop()
@@ -87,21 +73,3 @@ class _Check:
     def report(self, file: str, line: int, words: str) -> None:
         self.findings.append(Finding(file, line, words))
         self.faulty[f"{self.component.__name__}.{self.active[0].__name__}"] = None
-
-
-def _definition(function: FunctionType) -> Scope | None:
-    """The syntax of a function in its file; None when the file is not at hand or does not tell one function."""
-    code = function.__code__
-    linecache.checkcache(code.co_filename)
-    try:
-        tree = ast.parse("".join(linecache.getlines(code.co_filename, function.__globals__)))
-    except SyntaxError:
-        return None
-    found: list[Scope] = []
-    for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef) and node.name == code.co_name:
-            if code.co_firstlineno == min([node.lineno, *(d.lineno for d in node.decorator_list)]):
-                found.append(node)
-        elif isinstance(node, ast.Lambda) and code.co_name == "<lambda>" and node.lineno == code.co_firstlineno:
-            found.append(node)
-    return found[0] if len(found) == 1 else None

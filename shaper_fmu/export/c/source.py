@@ -19,6 +19,19 @@ UNKNOWN = object()
 
 
 @dataclass(frozen=True)
+class Finding:
+    """What is wrong, and where."""
+
+    file: str
+    line: int
+    words: str
+
+    def __str__(self) -> str:
+        source = linecache.getline(self.file, self.line).strip()
+        return f"{self.file}:{self.line}: {self.words}" + (f"\n    {source}" if source else "")
+
+
+@dataclass(frozen=True)
 class File:
     """A parsed file: its tree, and its comments by line; `own` are the lines that hold nothing else."""
 

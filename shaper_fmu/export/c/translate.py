@@ -17,11 +17,10 @@ from shaper_fmu.export.c.kinds import INTEGER, NOTHING, NUMBERS, REAL, RECORD, A
 from shaper_fmu.export.c.names import c_name
 from shaper_fmu.export.c.ranges import widest
 from shaper_fmu.export.c.scope import FunctionScope
-from shaper_fmu.export.c.source import definition, outside_names, parsed_file, walked
+from shaper_fmu.export.c.source import Finding, definition, outside_names, parsed_file, walked
 from shaper_fmu.export.c.statements import Statements
 from shaper_fmu.export.c.unit import Function, Known, Refused, Unit, file_label, unit_text
 from shaper_fmu.export.c.writing import comment, declare, without_unused, wrapped, written
-from shaper_fmu.export.kernel_source import Finding
 
 KERNELS: dict[str, tuple[str, ...]] = {"start": (), "step": ("t", "h")}
 """Names of the kernels, and the real arguments that each takes beside the record."""
