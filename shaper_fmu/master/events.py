@@ -25,7 +25,7 @@ def treat_events(system: SystemStructure, exact: bool | None) -> Treatment:
     `shaped_mean`: it belongs to steps of one length. An FMU that keeps to the grid gets the mean of an output over each step
     in the output's place, where there is one.
     """
-    rigid = [name for name, fmu in system.fmus.items() if not fmu.co_simulation.canHandleVariableCommunicationStepSize]
+    rigid = [name for name, fmu in system.fmus.items() if not fmu.takes_any_step]
     means = [source for source in system.connections.values() if source[1].endswith(_MEAN)]
     if exact is not None and not (exact and rigid):
         return Treatment(exact, system.connections, ())

@@ -11,10 +11,10 @@ import tempfile
 import weakref
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
-from fmpy.model_description import CoSimulation, ModelDescription, ModelVariable, Unit
+from fmpy.model_description import CoSimulation, ModelDescription, ModelExchange, ModelVariable, Unit
 
 from shaper_fmu.archives import archive_findings, extract_archive, read_archive, read_file
 from shaper_fmu.errors import ArchiveError, ModelError, nearest
@@ -29,6 +29,9 @@ _MANY = 10_000
 _unpacked: weakref.WeakSet[Fmu] = weakref.WeakSet()
 
 
+Interface = Literal["co_simulation", "model_exchange"]
+"""By which interface of FMI an FMU is used: with the solver that it brings, or with the master's (see solver.py)."""
+_WORDS: dict[Interface, str] = {"co_simulation": "co-simulation", "model_exchange": "model exchange"}
 STRUCTURAL = "structuralParameter"
 """Causality of FMI 3.0's parameters that are set in configuration mode, among them sizes of arrays."""
 
@@ -44,13 +47,14 @@ def _new_folder(name: str) -> Path:
 
 
 class Fmu:
-    """An unpacked co-simulation FMU of FMI 2.0 or 3.0.
+    """An unpacked FMU of FMI 2.0 or 3.0.
 
     Attributes:
         name: the file's name.
         folder: where it is unpacked, until the process ends.
         description: fmpy's model description.
         version: of FMI, 2 or 3.
+        interface: by which it is used: co-simulation if it has it, unless model exchange was asked for (see `with_interface`).
         findings: what is wrong with the description, but does not stop it from being run.
         readable_after_set: whether it declares that outputs may be read between setting inputs and the step.
         variables: the variables by name; an array of FMI 3.0 as its elements x[1], x[2], ... (x[1,1], x[1,2], ... in rows).
@@ -73,8 +77,7 @@ class Fmu:
         self.structure: dict[str, float | int | bool] = {}
         self._looked_at: dict[Path, list[str]] = {}
         self._lay_out()
-        assert self.description.coSimulation is not None  # checked by _coupled_description
-        self.co_simulation: CoSimulation = self.description.coSimulation
+        self.interface: Interface = "co_simulation" if self.description.coSimulation is not None else "model_exchange"
         self.readable_after_set: bool = declares_readable_after_set(self.folder, name, self.version)
         self._units = {unit.name: unit for unit in self.description.unitDefinitions}
 
@@ -106,9 +109,48 @@ class Fmu:
                 self.variables.pop(element, None)
 
     @property
+    def interfaces(self) -> tuple[Interface, ...]:
+        """The interfaces that it offers."""
+        offered: dict[Interface, object] = {
+            "co_simulation": self.description.coSimulation, "model_exchange": self.description.modelExchange
+        }  # fmt: skip
+        return tuple(interface for interface, declared in offered.items() if declared is not None)
+
+    def with_interface(self, interface: Interface | None) -> Fmu:
+        """The FMU used by this interface; by its own choice for None. Raises ModelError if it does not offer it."""
+        if interface is None or interface == self.interface:
+            return self
+        if interface not in get_args(Interface):
+            raise ModelError([f"there is no interface {interface!r}.{nearest(interface, get_args(Interface))}"])
+        if interface not in self.interfaces:
+            offered = " and ".join(_WORDS[one] for one in self.interfaces)
+            raise ModelError([f"{self.name} offers {offered} only, not {_WORDS[interface]}"])
+        other = copy.copy(self)
+        other._origin, other.interface = self, interface
+        return other
+
+    @property
+    def capabilities(self) -> CoSimulation | ModelExchange:
+        """What it declares of the interface by which it is used."""
+        exchange = self.interface == "model_exchange"
+        found = self.description.modelExchange if exchange else self.description.coSimulation
+        assert found is not None  # see interfaces
+        return found
+
+    @property
+    def exchanges_model(self) -> bool:
+        """Whether it is used by model exchange."""
+        return self.interface == "model_exchange"
+
+    @property
     def has_event_mode(self) -> bool:
-        """Whether it can be used with FMI 3.0's event mode in co-simulation."""
-        return self.version == 3 and bool(getattr(self.co_simulation, "hasEventMode", False))
+        """Whether it is used with event mode: FMI 3.0's in co-simulation, or that of model exchange."""
+        return self.exchanges_model or (self.version == 3 and bool(getattr(self.capabilities, "hasEventMode", False)))
+
+    @property
+    def takes_any_step(self) -> bool:
+        """Whether its communication steps may be of any length."""
+        return self.exchanges_model or bool(getattr(self.capabilities, "canHandleVariableCommunicationStepSize", False))
 
     @property
     def default_tolerance(self) -> float | None:
@@ -287,9 +329,12 @@ def _description_of(name: str, content: bytes | None) -> bytes:
 def _coupled_description(name: str, folder: Path) -> tuple[ModelDescription, list[str]]:
     file = folder / _DESCRIPTION
     description, findings = read_description(_description_of(name, file.read_bytes() if file.is_file() else None), name)
-    if str(description.fmiVersion)[:2] not in ("2.", "3.") or description.coSimulation is None:
-        kind = " for Scheduled Execution" if getattr(description, "scheduledExecution", None) is not None else ""
+    none = description.coSimulation is None and description.modelExchange is None
+    if str(description.fmiVersion)[:2] not in ("2.", "3.") or none:
+        kind = " for Scheduled Execution only" if getattr(description, "scheduledExecution", None) is not None else ""
         raise ModelError(
-            [f"{name}: an FMI {description.fmiVersion} FMU{kind}; co-simulation FMUs of FMI 2.0 and 3.0 can be coupled"]
+            [
+                f"{name}: an FMI {description.fmiVersion} FMU{kind}; co-simulation and model exchange of FMI 2.0 and 3.0 can be coupled"
+            ]
         )
     return description, findings

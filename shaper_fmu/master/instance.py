@@ -82,25 +82,23 @@ _callbacks = _make_callbacks()
 class Instance:
     """An instantiated FMU. Every failing call raises SimulationError with the instance's name and its last messages.
 
-    `event_mode`: whether an FMU of FMI 3.0 that has event mode is used with it. `model_exchange`: it is instantiated for Model
-    Exchange, which the FMU must have, instead of co-simulation; the compiled loop does not run it.
+    `event_mode`: whether an FMU of FMI 3.0 that has event mode is used with it in co-simulation.
 
     Attributes:
         usable: whether it can be called; not after it was closed, nor after a fatal status.
         fatal: whether it has returned a fatal status, after which FMI allows no call of any instance of this FMU.
     """
 
-    def __init__(self, name: str, fmu: Fmu, event_mode: bool = True, model_exchange: bool = False):
+    def __init__(self, name: str, fmu: Fmu, event_mode: bool = True):
         self.name: str = name
         self.fmu: Fmu = fmu
-        self._model_exchange = model_exchange
         self.log: deque[str] = deque(maxlen=20)
         self.usable: bool = False
         self.fatal: bool = False
-        self.event_mode: bool = event_mode and fmu.has_event_mode
+        self.event_mode: bool = (event_mode or fmu.exchanges_model) and fmu.has_event_mode
         self._arrays: dict[tuple[int, str], list[Any]] = {}  # values of FMI 3.0 arrays, which can be set as a whole only
         self._environment = max(_logs, default=0) + 1
-        self._once = once_key(fmu, model_exchange)
+        self._once = once_key(fmu)
         self.slave: Any = None
         occupy(name, fmu, self._once)
         _logs[self._environment] = self.log
@@ -130,7 +128,7 @@ class Instance:
         if self.fmu.version == 3:
             self._logger = lambda environment, status, category, message: self.log.append(_text(message))
             SILENT.add(self._logger.__code__)
-            modes = {} if self._model_exchange else {"eventModeUsed": self.event_mode, "earlyReturnAllowed": self.event_mode}
+            modes = {} if self.fmu.exchanges_model else {"eventModeUsed": self.event_mode, "earlyReturnAllowed": self.event_mode}
             self._load(description.instantiationToken, common)
             self.slave.instantiate(loggingOn=True, logMessage=self._logger, **modes)
         else:
@@ -141,17 +139,15 @@ class Instance:
 
     def _load(self, token: str | None, common: Mapping[str, str]) -> None:
         """Load the library. Raises SimulationError if it lacks a function without which nothing can be run."""
-        self.slave = LENIENT[self.fmu.version, self._model_exchange](guid=token, **common)
-        missing = lacking(self.slave, self.fmu.version, self._model_exchange, self.event_mode)
+        self.slave = LENIENT[self.fmu.version, self.fmu.exchanges_model](guid=token, **common)
+        missing = lacking(self.slave, self.fmu.version, self.fmu.exchanges_model, self.event_mode)
         if missing:
             raise SimulationError(f"its library lacks {'a function' if len(missing) == 1 else 'functions'}: {', '.join(missing)}")
 
     def _library(self) -> Path:
         """Path of its library for this machine, whether or not it exists."""
-        interface = self.fmu.description.modelExchange if self._model_exchange else self.fmu.co_simulation
-        assert interface is not None  # who asks for Model Exchange has looked
         folder = fmpy.platform_tuple if self.fmu.version == 3 else fmpy.platform
-        return self.fmu.folder / "binaries" / folder / f"{interface.modelIdentifier}{fmpy.sharedLibraryExtension}"
+        return self.fmu.folder / "binaries" / folder / f"{self.fmu.capabilities.modelIdentifier}{fmpy.sharedLibraryExtension}"
 
     def _check_library(self, library: Path) -> None:
         """Raise if the FMU has no library for this machine, or one there is cut off: to load it would end the process."""
@@ -168,7 +164,7 @@ class Instance:
         """The messages of fmpy and the FMU for a failed instantiation."""
         message = str(error)
         if message.startswith("Failed to instantiate"):  # the function has returned NULL
-            kind = "ModelExchange" if self._model_exchange else "CoSimulation"
+            kind = "ModelExchange" if self.fmu.exchanges_model else "CoSimulation"
             message = f"fmi{self.fmu.version}Instantiate{kind if self.fmu.version == 3 else ''} failed"
         return "; ".join(line for line in [message, *list(self.log)[-3:]] if line)
 
@@ -223,7 +219,7 @@ class Instance:
     @property
     def returns_early(self) -> bool:
         """Whether it may end a step at an event that it has not announced."""
-        return self.event_mode and bool(getattr(self.fmu.co_simulation, "mightReturnEarlyFromDoStep", False))
+        return self.event_mode and bool(getattr(self.fmu.capabilities, "mightReturnEarlyFromDoStep", False))
 
     def _handle(self) -> int:
         component = self.slave.component
@@ -287,12 +283,12 @@ class Instance:
     @property
     def takes_input_derivatives(self) -> bool:
         """Whether it accepts the time derivative of an input over a step (FMI 2.0)."""
-        can = self.fmu.version == 2 and bool(getattr(self.fmu.co_simulation, "canInterpolateInputs", False))
+        can = self.fmu.version == 2 and bool(getattr(self.fmu.capabilities, "canInterpolateInputs", False))
         return can and self.address("fmi2SetRealInputDerivatives") != 0
 
     def can_save_states(self) -> bool:
         """Whether the FMU saves and restores its state."""
-        capabilities = self.fmu.co_simulation
+        capabilities = self.fmu.capabilities
         return bool(getattr(capabilities, "canGetAndSetFMUState", False) or getattr(capabilities, "canGetAndSetFMUstate", False))
 
     def save_state(self) -> Any:

@@ -27,13 +27,12 @@ class OccupiedError(SimulationError):
     """An FMU cannot be instantiated in this process, but in another one."""
 
 
-def once_key(fmu: Fmu, model_exchange: bool = False) -> Key | None:
+def once_key(fmu: Fmu) -> Key | None:
     """The identity of an FMU that can be instantiated only once per process, otherwise None."""
-    interface = fmu.description.modelExchange if model_exchange else fmu.co_simulation
-    if not getattr(interface, FLAG, False):
+    if not getattr(fmu.capabilities, FLAG, False):
         return None
     token = fmu.description.guid if fmu.version == 2 else fmu.description.instantiationToken
-    return str(token), str(getattr(interface, "modelIdentifier", ""))
+    return str(token), str(fmu.capabilities.modelIdentifier)
 
 
 def once_problems(fmus: Mapping[str, Fmu]) -> list[str]:

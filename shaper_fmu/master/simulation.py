@@ -326,7 +326,7 @@ def number_of_steps(system: SystemStructure, start_time: float, stop_time: float
     steps = math.ceil((stop_time - start_time) / step * (1.0 - 1e-12) - 1e-9)
     if start_time + steps * step > stop_time + 1e-9 * step:
         for name, fmu in system.fmus.items():
-            if not fmu.co_simulation.canHandleVariableCommunicationStepSize:
+            if not fmu.takes_any_step:
                 raise ModelError([f"{name} takes no variable steps, so stop_time must be a multiple of the step {step} s"])
     return steps
 

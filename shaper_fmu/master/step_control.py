@@ -30,7 +30,7 @@ def check_rollback(instances: Mapping[str, Instance]) -> None:
             [f"control of the step size needs FMUs that save their states; {', '.join(rigid)} cannot: leave tolerance out"]
         )
     for name, instance in instances.items():
-        if not instance.fmu.co_simulation.canHandleVariableCommunicationStepSize:
+        if not instance.fmu.takes_any_step:
             raise ModelError([f"control of the step size needs steps of other lengths, which {name} does not take"])
 
 

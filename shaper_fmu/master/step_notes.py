@@ -119,4 +119,4 @@ def _steps_of_a_move(system: SystemStructure, name: str, treatment: Treatment, v
 
 
 def _gives_derivatives(fmu: Fmu) -> bool:
-    return int(fmu.co_simulation.maxOutputDerivativeOrder or 0) > 0
+    return int(getattr(fmu.capabilities, "maxOutputDerivativeOrder", 0) or 0) > 0

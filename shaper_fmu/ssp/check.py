@@ -133,7 +133,7 @@ def _check_fmus(found: Resolved) -> None:
 
 def _library_problems(fmu: Fmu) -> list[str]:
     """Problems of the FMU's libraries for this machine."""
-    folder, name = (fmpy.platform_tuple if fmu.version == 3 else fmpy.platform), fmu.co_simulation.modelIdentifier
+    folder, name = (fmpy.platform_tuple if fmu.version == 3 else fmpy.platform), fmu.capabilities.modelIdentifier
     binaries = fmu.folder / "binaries"
     if (binaries / folder / f"{name}{fmpy.sharedLibraryExtension}").is_file():
         return [f": {problem}" for problem in fmu.library_problems(binaries / folder)]

@@ -137,7 +137,7 @@ class Plant:
     @property
     def own_steps(self) -> list[float]:
         """Steps that its FMUs name as their own [s]: of the default experiment, or fixed internal ones."""
-        declared = [_number(getattr(fmu.co_simulation, "fixedInternalStepSize", None)) for fmu in self._system.fmus.values()]
+        declared = [_number(getattr(fmu.capabilities, "fixedInternalStepSize", None)) for fmu in self._system.fmus.values()]
         declared += [
             _number(fmu.description.defaultExperiment.stepSize)
             for fmu in self._system.fmus.values()

@@ -137,7 +137,7 @@ class Exchange:
     """
 
     def __init__(self, name: str, fmu: Fmu, states: Sequence[str], start_values: Mapping[str, Any], time: float):
-        self.instance: Instance = Instance(name, fmu, model_exchange=True)
+        self.instance: Instance = Instance(name, fmu.with_interface("model_exchange"))
         self._count = len(states)
         try:
             self._begin(start_values, time)

@@ -46,7 +46,7 @@ class SettledRuns(Simulation):
     def serves(system: System) -> bool:
         """Whether all its FMUs save their states and can be there beside others, and no input is given by a Python function."""
         saving = ("canGetAndSetFMUState", "canGetAndSetFMUstate")
-        capable = all(any(getattr(fmu.co_simulation, name, False) for name in saving) for fmu in system.fmus.values())
+        capable = all(any(getattr(fmu.capabilities, name, False) for name in saving) for fmu in system.fmus.values())
         capable = capable and all(once_key(fmu) is None for fmu in system.fmus.values())
         return capable and all(isinstance(signal, Table) for signal in system.signals.values())
 
