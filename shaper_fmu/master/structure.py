@@ -12,7 +12,7 @@ from fmpy.model_description import BaseUnit
 
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
 from shaper_fmu.master.clocks import check_clock_connection, clock_problems, clocked_loop_problems, is_clocked
-from shaper_fmu.master.fmu import Fmu, load_fmu
+from shaper_fmu.master.fmu import Fmu, Interface, load_fmu
 from shaper_fmu.master.once import once_problems
 from shaper_fmu.master.signals import Interpolation, Signal, make_signal, typed_signal
 from shaper_fmu.master.variables import TRANSFERABLE, items_of, kind_of, possible_values, shown_items
@@ -65,19 +65,30 @@ class SystemStructure:
         """Whether an instance's outputs may be read between the setting of its inputs and the step."""
         return self.readable.get(name, self.fmus[name].readable_after_set)
 
-    def add(self, name: str, fmu: Fmu | Path | str, start: Mapping[str, Any] | None = None, /, **values: Any) -> None:
+    def add(
+        self,
+        name: str,
+        fmu: Fmu | Path | str,
+        start: Mapping[str, Any] | None = None,
+        /,
+        *,
+        interface: Interface | None = None,
+        **values: Any,
+    ) -> None:
         """Add an instance of an FMU, given by its path or loaded, with start values of parameters and inputs.
 
         Values are given by keyword, or in the mapping `start` for names like "natural_frequency[2]"; a sequence sets
         the first elements of an array; an item of an enumeration may be given by its name. The sizes of FMI 3.0's arrays follow
-        structural parameters. Instances of nested systems have names with dots, like "slide.valve".
+        structural parameters. Instances of nested systems have names with dots, like "slide.valve". `interface`:
+        "model_exchange" uses an FMU that offers it with the master's solver, "co_simulation" with its own (the default, where
+        it has one).
         """
         if not _NAME.fullmatch(name):
             message = "letters, digits and _ only, not beginning with a digit (and dots between the names of nested systems)"
             raise ModelError([f"{name!r} is not a name for an instance: {message}"])
         if name in self.fmus:
             raise ModelError([f"there is already an instance {name!r}"])
-        loaded = fmu if isinstance(fmu, Fmu) else load_fmu(fmu)
+        loaded = (fmu if isinstance(fmu, Fmu) else load_fmu(fmu)).with_interface(interface)
         loaded, rest = _structured(name, loaded, {**(start or {}), **values})
         self.start_values[name] = _prefixed(name, loaded, rest)
         self.fmus[name] = loaded
