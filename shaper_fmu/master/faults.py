@@ -30,7 +30,7 @@ def fault_error(program: Program, instances: Mapping[str, Instance], control: of
         name, function, elements = program.labels[where]
     else:
         name, elements = program.names[-1 - where], []
-        function = f"fmi{instances[name].fmu.version}{of.Called(control.fault_element).name}"
+        function = called_name(instances[name], int(control.fault_element))
     instance, fault = instances[name], of.Fault(control.fault)
     if fault == of.CALL_FAILED:
         if function == "fmi2DoStep" and control.fault_status == _DISCARD and _has_terminated(instance):
@@ -54,9 +54,49 @@ def fault_error(program: Program, instances: Mapping[str, Instance], control: of
             f"{name}: {function} returned early, at t = {t:.15g} s, from an event that it had not announced, and the step cannot "
             f"be shortened for all{_said(instance)}{advice}"
         )
+    if fault in (of.NOT_A_NUMBER, of.SOLVER_FAULT, of.ENDLESS_STATE_EVENTS, of.OPEN_LOOP):
+        return SimulationError(
+            f"{name}{moment(when)}: {_solver_words(fault, function, int(control.fault_status))}{_said(instance)}"
+        )
     if fault == of.TERMINATED:
         return SimulationError(f"{name}{moment(when)}: {function} asked to end the simulation{_said(instance)}")
     return SimulationError(f"{name}{moment(when)}: {function} asked for another update again and again{_said(instance)}")
+
+
+def called_name(instance: Instance, number: int) -> str:
+    """The name of the function of FMI that a fault tells of by its number."""
+    version, name = instance.fmu.version, of.Called(number).name
+    names = {
+        ("GetDerivatives", 3): "GetContinuousStateDerivatives", ("GetNominals", 1): "GetNominalContinuousStates",
+        ("GetNominals", 2): "GetNominalsOfContinuousStates", ("GetNominals", 3): "GetNominalsOfContinuousStates",
+        ("UpdateDiscreteStates", 2): "NewDiscreteStates", ("UpdateDiscreteStates", 1): "EventUpdate",
+    }  # fmt: skip
+    exchange = instance.fmu.exchanges_model
+    if name == "EnterStepMode" and exchange:
+        name = "EnterContinuousTimeMode"
+    return f"fmi{version}{names.get((name, version), name)}"
+
+
+_SOLVER_FAULTS = {
+    -1: "it takes more than a million steps within one communication step",
+    -2: "its tolerance is too small for the machine's numbers",
+    -3: "the error test fails however short its steps are; the solution may have a singularity there",
+    -4: "its equations cannot be solved however short its steps are; the solution may have a singularity there",
+}
+"""By CVODE's answers."""
+
+
+def _solver_words(fault: of.Fault, function: str, status: int) -> str:
+    if fault == of.NOT_A_NUMBER:
+        return f"value {status + 1} of {function} is not a finite number, however short the solver's steps are"
+    if fault == of.ENDLESS_STATE_EVENTS:
+        return (
+            "state events follow each other ever faster, or without end, as of a bouncing ball that comes to rest; the model needs "
+            "a state in which it stays"
+        )
+    if fault == of.OPEN_LOOP:
+        return "no values were found that close a loop without delay; break it with an FMU that has no direct feedthrough"
+    return f"the solver (CVODE) cannot go on: {_SOLVER_FAULTS.get(status, f'it answers {status}')}"
 
 
 def clock_fault(ports: Sequence[Port], clocks: np.ndarray, control: of.Control, at: str | None) -> str:

@@ -56,7 +56,6 @@ class Fmu:
         version: of FMI, 2 or 3.
         interface: by which it is used: co-simulation if it has it, unless model exchange was asked for (see `with_interface`).
         findings: what is wrong with the description, but does not stop it from being run.
-        readable_after_set: whether it declares that outputs may be read between setting inputs and the step.
         variables: the variables by name; an array of FMI 3.0 as its elements x[1], x[2], ... (x[1,1], x[1,2], ... in rows).
         structure: values of structural parameters by name, where they are not the FMU's own.
     """
@@ -78,7 +77,7 @@ class Fmu:
         self._looked_at: dict[Path, list[str]] = {}
         self._lay_out()
         self.interface: Interface = "co_simulation" if self.description.coSimulation is not None else "model_exchange"
-        self.readable_after_set: bool = declares_readable_after_set(self.folder, name, self.version)
+        self._readable = declares_readable_after_set(self.folder, name, self.version)
         self._units = {unit.name: unit for unit in self.description.unitDefinitions}
 
     @without_collector()
@@ -136,6 +135,11 @@ class Fmu:
         found = self.description.modelExchange if exchange else self.description.coSimulation
         assert found is not None  # see interfaces
         return found
+
+    @property
+    def readable_after_set(self) -> bool:
+        """Whether outputs may be read between setting inputs and the step: by model exchange, or as it declares."""
+        return self.exchanges_model or self._readable
 
     @property
     def exchanges_model(self) -> bool:
@@ -333,8 +337,6 @@ def _coupled_description(name: str, folder: Path) -> tuple[ModelDescription, lis
     if str(description.fmiVersion)[:2] not in ("2.", "3.") or none:
         kind = " for Scheduled Execution only" if getattr(description, "scheduledExecution", None) is not None else ""
         raise ModelError(
-            [
-                f"{name}: an FMI {description.fmiVersion} FMU{kind}; co-simulation and model exchange of FMI 2.0 and 3.0 can be coupled"
-            ]
+            [f"{name}: an FMI {description.fmiVersion} FMU{kind}; co-simulation and model exchange of FMI 2.0 and 3.0 can be run"]
         )
     return description, findings

@@ -40,6 +40,10 @@ LENIENT: dict[tuple[int, bool], type] = {
 }
 """The classes by version of FMI, and whether they are for model exchange; fmpy looks at how their names begin."""
 _NEEDED = ("FreeInstance", "EnterInitializationMode", "ExitInitializationMode")
+_EXCHANGE = {
+    2: ["fmi2EnterEventMode", "fmi2NewDiscreteStates", "fmi2EnterContinuousTimeMode"],
+    3: ["fmi3EnterEventMode", "fmi3UpdateDiscreteStates", "fmi3EnterContinuousTimeMode"],
+}
 _EVENTS = ("fmi3EnterEventMode", "fmi3EnterStepMode", "fmi3UpdateDiscreteStates")
 
 
@@ -49,6 +53,5 @@ def lacking(slave: Any, version: int, model_exchange: bool, event_mode: bool) ->
     kind = "ModelExchange" if model_exchange else "CoSimulation"
     needed.append("fmi2Instantiate" if version == 2 else f"fmi3Instantiate{kind}")
     needed += ["fmi2SetupExperiment"] if version == 2 else []
-    needed += [] if model_exchange else [f"fmi{version}DoStep"]
-    needed += _EVENTS if event_mode else []
+    needed += _EXCHANGE[version] if model_exchange else [f"fmi{version}DoStep", *(_EVENTS if event_mode else [])]
     return [name for name in needed if isinstance(getattr(slave.dll, name), Missing)]

@@ -208,20 +208,28 @@ class Instance:
             return 0
 
     def entry_points(self) -> tuple[int, ...]:
-        """Handle, version, whether it has event mode, and addresses: see layout.INSTANCE."""
-        names = ["fmi3DoStep", "fmi3EnterEventMode", "fmi3EnterStepMode", "fmi3UpdateDiscreteStates"]
-        if self.fmu.version == 2:
-            names = ["fmi2DoStep", "", "", ""]
+        """Handle, version, whether it has event mode and is used by model exchange, and addresses: see layout.INSTANCE."""
+        version, exchange = self.fmu.version, self.fmu.exchanges_model
+        names = ["" if exchange else f"fmi{version}DoStep", "", "", ""]
+        if exchange or version == 3:
+            step_mode = f"fmi{version}EnterContinuousTimeMode" if exchange else "fmi3EnterStepMode"
+            update = "fmi3UpdateDiscreteStates" if version == 3 else "fmi2NewDiscreteStates"
+            names[1:] = [f"fmi{version}EnterEventMode", step_mode, update]
         names += [f"fmi{self.fmu.version}Reset", "fmi2SetupExperiment" if self.fmu.version == 2 else ""]
         names += [f"fmi{self.fmu.version}{verb}InitializationMode" for verb in ("Enter", "Exit")]
-        return (self._handle(), self.fmu.version, int(self.event_mode), *[self.address(name) if name else 0 for name in names])
+        flags = int(self.event_mode), int(exchange)
+        return (self.handle, version, *flags, *[self.address(name) if name else 0 for name in names])
 
     @property
     def returns_early(self) -> bool:
         """Whether it may end a step at an event that it has not announced."""
-        return self.event_mode and bool(getattr(self.fmu.capabilities, "mightReturnEarlyFromDoStep", False))
+        return self.fmu.exchanges_model or (
+            self.event_mode and bool(getattr(self.fmu.capabilities, "mightReturnEarlyFromDoStep", False))
+        )
 
-    def _handle(self) -> int:
+    @property
+    def handle(self) -> int:
+        """What its functions are given."""
         component = self.slave.component
         return int(component.value if hasattr(component, "value") else component)
 

@@ -24,6 +24,7 @@ INSTANCE = record(
     void *handle;
     int32_t version;                // of FMI
     int32_t event_mode;
+    int32_t model_exchange;
     Function do_step;
     Function enter_event_mode;
     Function enter_step_mode;
@@ -163,6 +164,74 @@ GUARD = record(
 )
 """Of the operations after it in a program."""
 
+PART = record(
+    "Part",
+    """
+    void *handle;
+    int32_t instance;               // its number
+    int32_t version;                // of FMI
+    int32_t first;                  // of its states, among all
+    int32_t states;
+    int32_t first_indicator;
+    int32_t indicators;             // of events
+    Function set_time;
+    Function set_states;
+    Function get_states;
+    Function get_nominals;          // of states; none where the FMU has none
+    Function get_derivatives;
+    Function get_indicators;
+    Function completed;             // none where it does not want to hear of completed steps
+    Function directional;           // derivatives; none where it has none
+    const uint32_t *references;     // of states
+    const uint32_t *rates;          // references of their derivatives
+    """,
+)
+"""An FMU without a solver of its own: a part of the system of equations."""
+
+SOLVER = record(
+    "Solver",
+    """
+    void *memory;                   // CVODE's
+    void *state;                    // vectors of CVODE's, and their values
+    double *state_values;
+    void *absolute;                 // tolerances
+    double *absolute_values;
+    void *between;                  // states at a time within a step
+    double *between_values;
+    double relative;                // tolerance
+    int32_t states;
+    int32_t indicators;
+    Function step;                  // CVode
+    Function begin;                 // CVodeReInit
+    Function interpolate;           // CVodeGetDky
+    Function set_stop;              // CVodeSetStopTime
+    Function set_longest;           // CVodeSetMaxStep
+    Function set_tolerances;        // CVodeSVtolerances
+    Function data;                  // N_VGetArrayPointer
+    Function column;                // SUNDenseMatrix_Column
+    double **columns;               // of the Jacobian
+    const void *system;             // at work
+    void *control;
+    double reached;                 // the end of its last step
+    double last_event;
+    int32_t restart;                // whether it has to begin anew
+    int32_t pending;                // whether the parts have not heard of the end of its last step
+    int32_t at_root;                // whether an event indicator changes its sign there
+    int32_t held_back;              // whether it does not go beyond the step's end, where inputs may jump
+    int32_t events_at_once;
+    """,
+)
+"""Of all parts together."""
+
+INPUT_QUERY = record(
+    "InputQuery",
+    """
+    int32_t transfer;               // that asks for inputs of a part
+    size_t bytes;                   // of their values
+    void *known;                    // the values at the last step
+    """,
+)
+
 WATCHED = record(
     "WatchedInput",
     """
@@ -182,6 +251,7 @@ CONTROL = record(
     int64_t done;                   // of them
     double t;
     double target;
+    double horizon;                 // the earliest known event
     int32_t exact;                  // whether steps end at events
     int32_t at_grid;                // whether the target is a point of the grid
     int32_t at_event;
@@ -216,6 +286,10 @@ CONTROL = record(
     int32_t fault_where;            // the transfer, or -1 - the instance
     int32_t fault_element;          // or the function, where no transfer has failed
     double fault_time;
+    int32_t refused;                // an evaluation of the parts: the fault that it is if no other state does; likewise below
+    int32_t refused_status;
+    int32_t refused_where;
+    int32_t refused_element;
     """,
 )
 
@@ -277,14 +351,17 @@ class Code(IntEnum):
     """Operations of a program. 2: reals, steps of FMI 2.0; KEEP: what has been set, to the bus; AGAIN: what has been set before
     the event."""
 
-    SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED = range(14)
+    SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED, SOLVE = range(15)
 
 
 class Fault(IntEnum):
-    """What goes wrong. From BAD_INTERVAL on it is about a clock, whose number is the element."""
+    """What goes wrong. From BAD_INTERVAL on it is about a clock, whose number is the element.
+
+    NOT_A_NUMBER: among the values of a call, whose number is the status. SOLVER: CVODE's answer is the status."""
 
     NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE, NO_ITEM = range(8)
-    BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = range(8, 12)
+    NOT_A_NUMBER, SOLVER, ENDLESS_STATE_EVENTS, OPEN_LOOP = range(8, 12)
+    BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = range(12, 16)
 
 
 class Answer(IntEnum):
@@ -294,20 +371,23 @@ class Answer(IntEnum):
 
 
 class Called(IntEnum):
-    """Functions of FMI that are no transfers, by the number that a fault tells; without fmi2 or fmi3 before them."""
+    """Functions of FMI that are no transfers, by the number that a fault tells; see faults.called_name."""
 
     DoStep, EnterEventMode, EnterStepMode, UpdateDiscreteStates, SetRealInputDerivatives = range(5)
     Reset, SetupExperiment, EnterInitializationMode, ExitInitializationMode = range(5, 9)
     SetClock, GetClock, GetIntervalDecimal, GetIntervalFraction, GetShiftDecimal, GetShiftFraction = range(9, 15)
+    SetTime, SetContinuousStates, GetContinuousStates, GetNominals, GetDerivatives, GetEventIndicators = range(15, 21)
+    CompletedIntegratorStep, GetDirectionalDerivative = range(21, 23)
 
 
 PERIODIC, CHANGING, COUNTDOWN, TRIGGERED, TRIGGERING = ClockKind
 ONCE, ALWAYS = Asked.ONCE, Asked.ALWAYS
 F8, F4, I1, U1, I2, U2, I4, U4, I8, U8, BOOLEAN2, BOOLEAN3 = ValueType
 SIZES: dict[int, int] = {F8: 8, F4: 4, I1: 1, U1: 1, I2: 2, U2: 2, I4: 4, U4: 4, I8: 8, U8: 8, BOOLEAN2: 4, BOOLEAN3: 1}
-SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED = Code
+SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED, SOLVE = Code
 NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE, NO_ITEM = list(Fault)[:8]
-BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = list(Fault)[8:]
+NOT_A_NUMBER, SOLVER_FAULT, ENDLESS_STATE_EVENTS, OPEN_LOOP = list(Fault)[8:12]
+BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = list(Fault)[12:]
 GOING_ON, FINISHED, FULL, FAULT = Answer
 
 JUMPS = -(1 << 30)
@@ -351,6 +431,14 @@ class Layout(NamedTuple):
     clock_numbers: Annotated[np.ndarray, "int32_t"]  # of clocks that belong to another one, or to a guard
     clock_program: Annotated[np.ndarray, OPERATION]  # sets and reads clocked variables in initialization mode
     tick_program: Annotated[np.ndarray, OPERATION]  # exchanges values while clocks tick
+    parts: Annotated[np.ndarray, PART]  # FMUs of model exchange
+    solvers: Annotated[np.ndarray, SOLVER]  # theirs; none, or one
+    input_queries: Annotated[np.ndarray, INPUT_QUERY]  # of parts, from outside: where they change, the solver begins anew
+    coupled_read_program: Annotated[np.ndarray, OPERATION]  # reads what parts that are solved as one give each other
+    coupled_program: Annotated[np.ndarray, OPERATION]  # the exchange between them
+    coupled_event_program: Annotated[np.ndarray, OPERATION]  # the same at events
+    cut_places: Annotated[np.ndarray, "int32_t"]  # of the sources of cut inputs in loops between them
+    loop_memory: Annotated[np.ndarray, "double"]  # three vectors, a matrix, and whether it is known
 
 
 ELEMENTS: dict[str, np.dtype | str] = {

@@ -59,7 +59,7 @@ def lay_out(
         rows = [k for k, port in enumerate(ports) if port[0] == name]
         first, instance = rows[0], instances[name]
         calls[i] = (
-            instance.address(_FUNCTION), instance.entry_points()[0], references[first:].ctypes.data, orders[first:].ctypes.data,
+            instance.address(_FUNCTION), instance.handle, references[first:].ctypes.data, orders[first:].ctypes.data,
             values[first:].ctypes.data, list(instances).index(name), first, len(rows),
         )  # fmt: skip
     return LinearInputs(slopes, calls, {name: i for i, name in enumerate(names)}, (values, orders, references))

@@ -12,7 +12,7 @@ from shaper_fmu.records import CStruct, c_struct
 
 RECORDS = (
     of.INSTANCE, of.ELEMENT, of.TRANSFER, of.OPERATION, of.TABLE, of.SLOPE, of.SLOPES_OF, of.CLOCK, of.CLOCK_GUARD, of.GUARD,
-    of.WATCHED, GATHERED, of.CONTROL, of.RUNS,
+    of.WATCHED, GATHERED, of.PART, of.SOLVER, of.INPUT_QUERY, of.CONTROL, of.RUNS,
 )  # fmt: skip
 ENUMS: dict[str, type[IntEnum]] = {
     "CLOCK": of.ClockKind, "ASKED": of.Asked, "TYPE": of.ValueType, "OP": of.Code, "FAULT": of.Fault, "ANSWER": of.Answer,
@@ -57,7 +57,9 @@ def _c_name(kind: np.dtype | str) -> str:
 
 def _array_name(kind: np.dtype | str) -> str:
     """The type of an array of these."""
-    return {"double": "Doubles", "int32_t": "Numbers", "uint32_t": "References"}.get(_c_name(kind)) or f"{_c_name(kind)}s"
+    return {"double": "Doubles", "int32_t": "Numbers", "uint32_t": "References", "InputQuery": "InputQueries"}.get(
+        _c_name(kind)
+    ) or f"{_c_name(kind)}s"
 
 
 def _arrays() -> dict[str, np.dtype | str]:

@@ -45,6 +45,7 @@ class Loop:
     """The library's functions; see loop/loop.h and ends.h. Truth values are numbers, 0 for no."""
 
     def __init__(self, library: ctypes.CDLL):
+        self.library: ctypes.CDLL = library
         address, number, truth = ctypes.c_void_p, ctypes.c_int64, ctypes.c_int
         control = ctypes.POINTER(of.Control)
 

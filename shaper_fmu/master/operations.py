@@ -48,14 +48,23 @@ class Operations:
         self._places, self._causes, self._event_ports = places, causes, event_ports
         self._clocks = clocks
         self._readable = {name for name in instances if system.readable_after_set(name)}
+        self._parts = [name for name in instances if instances[name].fmu.exchanges_model]
         self.unfed: dict[int, Port] = {}
         self.guards: list[tuple[int, ...]] = []
         self.cause_codes: list[int] = []
 
     def programs(
-        self, algorithm: str, linear_inputs: Collection[Port], slope_calls: Mapping[str, int], starts: Collection[Port]
+        self,
+        algorithm: str,
+        linear_inputs: Collection[Port],
+        slope_calls: Mapping[str, int],
+        starts: Collection[Port],
+        monolithic: bool,
     ) -> dict[str, list[Operation]]:
-        """The programs by the names that layout.py has for them."""
+        """The programs by the names that layout.py has for them.
+
+        `monolithic`: FMUs of model exchange act on each other in every evaluation of their solver.
+        """
         names = list(self._instances)
         in_event_mode = {name for name in names if self._instances[name].event_mode}
         reads = {name: self._read_after_step(name) for name in names}
@@ -65,6 +74,9 @@ class Operations:
         initial = exchange if alike and self._readable >= set(names) else self._exchange(names, between=False)
         event_read = [operation for name in names if name in self._readable | in_event_mode for operation in reads[name]]
         step, jump = self._steps(algorithm, reads, linear_inputs, slope_calls)
+        coupled = self._coupled(between=True) if monolithic else []
+        coupled_event = self._coupled(between=False) if monolithic else []
+        self.queries: list[int] = [number for name in self._parts for number in self._queries(name, monolithic)]
         return {
             "start": [operation for name in names for operation in self._starting(name, starts, False)],
             "step": step,
@@ -77,6 +89,9 @@ class Operations:
             "event_read": event_read,
             "resume": self._resuming(sorted(in_event_mode - self._readable), exchange if algorithm == "jacobi" else step),
             "clock": [o for name in names for o in [*self._starting(name, starts, True), *self._clocked_reads(name)]],
+            "coupled_read": self._coupled_reads() if coupled_event else [],
+            "coupled": coupled,
+            "coupled_event": coupled_event,
             "tick": self._ticking_exchange(self._readable | in_event_mode) if self._clocks.ports else [],
         }
 
@@ -115,27 +130,74 @@ class Operations:
         """The programs of a step, and of one that ends at an announced event."""
         early = {name for name in self._instances if self._instances[name].returns_early}
         order = sorted(self._instances, key=lambda name: name not in early)  # the first to step may end the step for all
-        step_of: dict[str, Operation] = {
-            name: (of.STEP2 if self._instances[name].fmu.version == 2 else of.STEP3, self._writer.numbers[name]) for name in order
-        }
+        step_of = {name: self._step_of(name) for name in order}
+        stepping = [operation for operations in step_of.values() for operation in operations]
         read_all = [operation for operations in reads.values() for operation in operations]
         slopes_of = {name: [(of.SLOPES, i)] for name, i in slope_calls.items()}
         slopes = [operation for operations in slopes_of.values() for operation in operations]
         hold = [(of.HOLD, 0)] if slopes else []
         if algorithm == "jacobi":
-            step: list[Operation] = [*hold, *slopes, *step_of.values(), *read_all]
+            step: list[Operation] = [*hold, *slopes, *stepping, *read_all]
             return step, step
         between = {name: [v for v in self._inputs_of(name) if self._is_set_between(name, v)] for name in self._instances}
         sets = {name: self._setting(name, between[name], linear_inputs) for name in self._system.instance_order() if between[name]}
         guarded = [operation for name, operations in sets.items() for operation in self._guarded(name, operations)]
         before: list[Operation] = [*([(of.TABLES_BEFORE, 0)] if self._has_tables() else []), *hold]
-        jump = [*before, *guarded, *slopes, *step_of.values(), *read_all]
+        jump = [*before, *guarded, *slopes, *stepping, *read_all]
         if algorithm == "parallel":
             return jump, jump
         step = list(before)  # what an instance gives at an event belongs to the next step of the others, so not in `jump`
-        for name in self._system.instance_order():
-            step += [*sets.get(name, []), *slopes_of.get(name, []), step_of[name], *reads[name]]
+        for names in self._in_turn():
+            step += [operation for name in names for operation in [*sets.get(name, []), *slopes_of.get(name, [])]]
+            step += [operation for name in names for operation in step_of[name]]
+            step += [operation for name in names for operation in reads[name]]
         return step, jump
+
+    def _step_of(self, name: str) -> list[Operation]:
+        """The step of an instance; the first part's is that of all."""
+        if name in self._parts:
+            return [(of.SOLVE, 0)] if name == self._parts[0] else []
+        return [(of.STEP2 if self._instances[name].fmu.version == 2 else of.STEP3, self._writer.numbers[name])]
+
+    def _in_turn(self) -> list[list[str]]:
+        """Who steps together, one after the other: each instance by itself, but all parts together, where the first one is."""
+        order = self._system.instance_order()
+        first = next((name for name in order if name in self._parts), None)
+        alone = [name for name in order if name not in self._parts or name == first]
+        return [[one for one in order if one in self._parts] if name == first else [name] for name in alone]
+
+    def _coupled(self, between: bool) -> list[Operation]:
+        """Values between parts, causes before effects; `between` events, inputs that are set in event mode alone do not move."""
+        wanted, moves = self._coupled_sources(), []
+        for name, all_inputs in self._ordered_inputs(self._parts):
+            inputs = [v for v in all_inputs if self._is_coupled((name, v)) and (not between or self._is_set_between(name, v))]
+            if inputs:
+                follows = self._follows(name, set(inputs))
+                moves += self._setting(name, inputs)
+                moves += self._got(name, [variable for variable in wanted[name] if follows(variable)])
+        return moves
+
+    def _coupled_reads(self) -> list[Operation]:
+        """Read what parts give to parts."""
+        return [operation for name, variables in self._coupled_sources().items() for operation in self._got(name, variables)]
+
+    def _coupled_sources(self) -> dict[str, list[str]]:
+        sources = dict.fromkeys(source for target, source in self._connections.items() if self._is_coupled(target))
+        return {name: [variable for owner, variable in sources if owner == name] for name in self._parts}
+
+    def _is_coupled(self, target: Port) -> bool:
+        """Whether a connected input and its source belong to parts."""
+        source = self._connections.get(target)
+        return target[0] in self._parts and source is not None and source[0] in self._parts
+
+    def _queries(self, name: str, monolithic: bool) -> list[int]:
+        """Transfers that ask a part for its inputs from outside."""
+        fed = [variable for variable in self._inputs_of(name) if not (monolithic and self._is_coupled((name, variable)))]
+
+        def place(variable: str) -> int:
+            return self._places.setdefault(("query", name, variable), len(self._places))
+
+        return [number for _, number in self._writer.transfer("Get", name, fed, place)]
 
     def _exchange(self, passing: Collection[str], final: bool = False, between: bool = True) -> list[Operation]:
         """Set inputs, causes before effects, where values pass through the instances `passing` without delay.

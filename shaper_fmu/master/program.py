@@ -15,6 +15,7 @@ from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.layout import Layout
 from shaper_fmu.master.linear_inputs import LinearInputs, lay_out, linear_inputs
 from shaper_fmu.master.metrics import metric_rows, metric_variables
+from shaper_fmu.master.model_exchange import SOLVING, Parts, Solving
 from shaper_fmu.master.operations import Operations
 from shaper_fmu.master.signals import Signal, Table
 from shaper_fmu.master.structure import SystemStructure
@@ -50,6 +51,7 @@ class Program:
         exact: bool,
         linear: bool,
         starts: Collection[Port] = (),
+        solving: Solving = SOLVING,
     ):
         self.system: SystemStructure = system
         self.instances: Mapping[str, Instance] = instances
@@ -83,17 +85,39 @@ class Program:
         self._operations = Operations(
             system, instances, connections, self._writer, self._places, causes, self._event_ports, self.clocks
         )
-        programs = self._operations.programs(algorithm, self.linear_inputs, self._linear.calls, starts)
+        monolithic = solving.coupling == "monolithic"
+        programs = self._operations.programs(algorithm, self.linear_inputs, self._linear.calls, starts, monolithic)
+        self.parts: Parts = Parts(instances, solving, bool(programs["coupled"]))
+        self._cut_between_parts = self._cut_sources(self.parts.names) if monolithic else []
         self.labels: list[tuple[str, str, list[str]]] = self._writer.labels
         self.layout: Layout = self._layout(programs, recorded)
         self._addresses = of.addresses_of(self.layout)
         self.address: int = self._addresses.ctypes.data
+
+    def _cut_sources(self, names: Collection[str]) -> list[int]:
+        """Where the sources of cut inputs are on the bus, of loops between these instances."""
+        cut = [loop[0] for loop in self.loops if all(port[0] in names for port in loop)]
+        return list(dict.fromkeys(self._places[self.connections[port]] for port in cut))
+
+    def _input_queries(self) -> np.ndarray:
+        """What asks parts for their inputs, with room for what they have answered last."""
+        numbers = self._operations.queries
+        rows = np.zeros(len(numbers), of.INPUT_QUERY)
+        sizes = [len(self.labels[number][2]) * of.SIZES[self._writer.transfers[number][3]] for number in numbers]
+        self._known = np.zeros(sum(-(-size // 8) for size in sizes) + 1)
+        place = self._known.ctypes.data
+        for row, number, size in zip(rows, numbers, sizes, strict=True):
+            row["transfer"], row["bytes"], row["known"] = number, size, place
+            place += -(-size // 8) * 8
+        return rows
 
     def reset(self) -> None:
         """Bring what the loop changes back to the state before a run, whose start values have been set."""
         self.layout.tables["cursor"] = self.layout.tables["first"]
         self.layout.instances["next_event"] = of.NO_EVENT
         self.layout.bus[:] = 0.0
+        self.layout.solvers["restart"] = 1
+        self.layout.loop_memory[:] = 0.0
         self._asked = None
         self.layout.metrics["time"] = np.nan
         self.layout.slopes["previous_time"] = self.layout.slopes["held_time"] = np.nan
@@ -206,6 +230,11 @@ class Program:
             clocks=self.clocks.rows(writer.numbers),
             clock_guards=self.clocks.guards(),
             clock_numbers=self.clocks.listed(),
+            parts=self.parts.rows,
+            solvers=self.parts.solvers,
+            input_queries=self._input_queries(),
+            cut_places=np.array(self._cut_between_parts, np.int32),
+            loop_memory=np.zeros(len(self._cut_between_parts) * (len(self._cut_between_parts) + 3) + 1),
         )
 
 

@@ -20,12 +20,14 @@ from shaper_fmu.errors import ModelError, SimulationError, nearest
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.algorithms import ALGORITHMS, Algorithm
 from shaper_fmu.master.clocks import has_clocks, is_clocked
+from shaper_fmu.master.cvode import Method
 from shaper_fmu.master.events import Treatment, treat_events
 from shaper_fmu.master.faults import fault_error, warning_notes
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.loop_library import loop
 from shaper_fmu.master.loops import solve_loops
 from shaper_fmu.master.metrics import check_metrics, metric_values
+from shaper_fmu.master.model_exchange import Coupling, Solving
 from shaper_fmu.master.notes import coupling_notes, system_notes
 from shaper_fmu.master.process_state import Kept, Share, keeping, process_notes, put_back
 from shaper_fmu.master.program import Program
@@ -125,6 +127,8 @@ class Simulation:
         interpolation: Interpolation = "hold",
         tolerance: float | None = None,
         solver_tolerance: float | None = None,
+        solver: Method = "bdf",
+        coupling: Coupling = "monolithic",
         progress: Progress | None = None,
     ) -> Results:
         """Run from start_time to stop_time with communication steps of `step` [s]; the last one may be shorter.
@@ -134,7 +138,9 @@ class Simulation:
         events, too, on both sides of a jump; else at the communication points alone. `interpolation`: inputs are held over a
         step, or "linear" where an FMU takes their derivatives (see linear_inputs.py). `tolerance`: the steps are divided so that
         coupling errs by less than this, relative to 1 + |value|, in each (see step_control.py). `solver_tolerance`: of solvers
-        in the FMUs, where they take one, in place of their own default. Raises SimulationError with the instance's name, the time
+        in the FMUs, where they take one, in place of their own default, and of CVODE, which solves FMUs of model exchange by
+        `solver`: "bdf" or "adams". `coupling`: these FMUs are solved as one system of equations ("monolithic"), or exchange values
+        at communication points ("steps"). Raises SimulationError with the instance's name, the time
         and its last messages when a call fails, and what was recorded until then as its `results`, and ModelError for wrong
         names. After an error the simulation can be run again, unless it was fatal.
         """
@@ -148,7 +154,9 @@ class Simulation:
         self.instantiate(treatment.exact)
         if interpolation not in get_args(Interpolation):
             raise ModelError([f"there is no interpolation {interpolation!r}.{nearest(interpolation, get_args(Interpolation))}"])
-        program = self._program(algorithm, treatment, interpolation == "linear")
+        program = self._program(
+            algorithm, treatment, interpolation == "linear", checked_solving(solver, coupling, solver_tolerance)
+        )
         control = of.Control()
         control.start = control.t = control.smooth_from = start_time
         control.stop_place, control.all_open, control.rereading = -1, 1, program.reads_locals()
@@ -171,13 +179,14 @@ class Simulation:
             raise ModelError([f"tolerance = {tolerance} must be a positive number"])
         return StepControl(program, control, tolerance)
 
-    def _program(self, algorithm: str, treatment: Treatment, linear: bool) -> Program:
-        key = (algorithm, treatment.exact, treatment.notes, linear)
+    def _program(self, algorithm: str, treatment: Treatment, linear: bool, solving: Solving) -> Program:
+        key = (algorithm, treatment.exact, treatment.notes, linear, solving)
         if key not in self._programs:
             connections = treatment.connections
             self._programs[key] = Program(
-                self.system, self.instances, self._recorded, algorithm, connections, self._metrics, treatment.exact, linear
-            )
+                self.system, self.instances, self._recorded, algorithm, connections, self._metrics, treatment.exact, linear,
+                solving=solving,
+            )  # fmt: skip
         return self._programs[key]
 
     def _stepped(
@@ -303,6 +312,14 @@ class Simulation:
             notes,
             metric_values(self._metrics, program.layout.metrics),
         )
+
+
+def checked_solving(solver: Method, coupling: Coupling, tolerance: float | None) -> Solving:
+    """How FMUs of model exchange are solved. Raises ModelError for what does not exist."""
+    for what, given, known in (("solver", solver, get_args(Method)), ("coupling", coupling, get_args(Coupling))):
+        if given not in known:
+            raise ModelError([f"there is no {what} {given!r}.{nearest(given, known)}"])
+    return Solving(solver, coupling, tolerance)
 
 
 def set_exact(control: of.Control, program: Program, exact: bool) -> None:

@@ -126,6 +126,7 @@ class _Saved:
     def restore(self) -> None:
         for name, state in self._states.items():
             self._program.instances[name].restore_state(state)
+        self._program.layout.solvers["restart"] = 1
         for array, content in self._arrays:
             array[:] = content
         ctypes.pointer(self._control)[0] = self._numbers

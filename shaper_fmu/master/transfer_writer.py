@@ -65,16 +65,16 @@ class TransferWriter:
         self, verb: str, name: str, function: str, kind: int, chosen: list[str], place: Callable[[str], int], calling: bool
     ) -> Operation:
         instance = self.instances[name]
+        version = instance.fmu.version
         wholes = instance.fmu.whole_variables(chosen)
         elements = [element for _, group in wholes for element in group]
         full_name = f"fmi{instance.fmu.version}{verb}{function}"
         self.size = -(-self.size // 8) * 8
         counts = len(self.references), len(wholes), len(self.places), len(elements)
-        handle, version = instance.entry_points()[:2]
         address = instance.address(full_name) if calling else 0
         if calling and not address:
             raise ModelError([f"{name}: the library of {instance.fmu.name} lacks the function {full_name}"])
-        row = (address, handle, version, kind, *counts, self.size)
+        row = (address, instance.handle, version, kind, *counts, self.size)
         self.transfers.append(row)
         self.labels.append((name, full_name, elements))
         self.references += [reference for reference, _ in wholes]

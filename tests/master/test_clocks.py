@@ -335,5 +335,5 @@ def test_check_tells_what_cannot_be_run():
     assert "clocks c, out tick only in event mode" in problem
     scheduled = clocked_fmu(constant(0.1), interface='<ScheduledExecution modelIdentifier="clocked"/>')
     assert "it has only Scheduled Execution" in "".join(fmu_problems(scheduled))
-    with pytest.raises(ModelError, match="FMU for Scheduled Execution; co-simulation FMUs"):
+    with pytest.raises(ModelError, match="FMU for Scheduled Execution only; co-simulation"):
         System().add("a", scheduled)

@@ -2,37 +2,74 @@
 
 #include "events.h"
 
+#include "algebraic.h"
 #include "arithmetic.h"
 #include "clocks.h"
 #include "execution.h"
 #include "faults.h"
 #include "fmi.h"
+#include "parts.h"
+#include "solver.h"
 
 #define MOST_UPDATES 100
+
+/* What an instance answers to the update of its discrete states. */
+typedef struct {
+    int again;
+    int terminate;
+    int event_defined;
+    double event_time;
+} Update;
+
+static int update1(const Instance *instance, Update *found) {
+    Fmi1EventInfo info = {0, 0, 0, 0, 0, 0.0};
+    const int status = ((Fmi1EventUpdate *)instance->update)(instance->handle, 0, &info);
+    *found = (Update){!info.converged, info.terminate, info.event_defined, info.event_time};
+    return status;
+}
+
+static int update2(const Instance *instance, Update *found) {
+    Fmi2EventInfo info = {0, 0, 0, 0, 0, 0.0};
+    const int status = ((Fmi2NewDiscreteStates *)instance->update)(instance->handle, &info);
+    *found = (Update){info.again, info.terminate, info.event_defined, info.event_time};
+    return status;
+}
+
+/* Flags 2 and 3 of the answers: whether nominal values, and values of continuous states, have changed; both are asked for anew. */
+static int update3(const Instance *instance, Update *found) {
+    Answers answers = {{0}, {0}};
+    Fmi3Boolean *const flag = answers.flag;
+    double event_time = 0.0;
+    const int status = ((Fmi3UpdateDiscreteStates *)instance->update)(instance->handle, &flag[0], &flag[1], &flag[2], &flag[3],
+                                                                      &flag[4], &event_time);
+    *found = (Update){flag[0], flag[1], flag[4], event_time};
+    return status;
+}
 
 /* Update an instance's discrete states; 1 if it needs another update, 0 if not, or FAILED. */
 static int update(const System *system, Control *control, int number, double t) {
     Instance *const instance = &system->instances.at[number];
-    Answers answers = {{0}, {0}};
-    Fmi3Boolean *const again = &answers.flag[0], *const terminate = &answers.flag[1], *const event_defined = &answers.flag[4];
-    double event_time = 0.0; /* flags 2 and 3: whether nominal values, and values of continuous states, have changed */
-    const int status = ((Fmi3UpdateDiscreteStates *)instance->update)(
-        instance->handle, again, terminate, &answers.flag[2], &answers.flag[3], event_defined, &event_time);
+    Update found;
+    const int status = instance->version == 3   ? update3(instance, &found)
+                       : instance->version == 2 ? update2(instance, &found)
+                                                : update1(instance, &found);
     keep_arithmetic();
     if (!judge(control, status, -1 - number, CALLED_UpdateDiscreteStates, t)) return FAILED;
-    if (*terminate) {
+    if (found.terminate) {
         fail(control, FAULT_TERMINATED, 0, -1 - number, CALLED_UpdateDiscreteStates, t);
         return FAILED;
     }
-    instance->next_event = *event_defined ? event_time : NO_EVENT;
-    return *again ? 1 : 0;
+    instance->next_event = found.event_defined ? found.event_time : NO_EVENT;
+    return found.again ? 1 : 0;
 }
 
-static int all_in_mode(const System *system, Control *control, int entering, double t) {
+/* Have all instances with event mode enter or leave it; of the parts alone with `parts`. FMI 1.0 has no modes. */
+static int all_in_mode(const System *system, Control *control, int entering, int parts, double t) {
     for (size_t i = 0; i < system->instances.count; i++) {
         const Instance *const instance = &system->instances.at[i];
-        if (!instance->event_mode) continue;
+        if (!instance->event_mode || (parts && !instance->model_exchange)) continue;
         const Function function = entering ? instance->enter_event_mode : instance->enter_step_mode;
+        if (!function) continue;
         const int status = ((SimpleFunction *)function)(instance->handle);
         keep_arithmetic();
         if (!judge(control, status, -1 - (int)i, entering ? CALLED_EnterEventMode : CALLED_EnterStepMode, t)) return 0;
@@ -80,10 +117,20 @@ static int settle(const System *system, Control *control, double t, int *settled
     return again;
 }
 
+/* Values between parts that are solved as one; what refuses an evaluation is a fault here. */
+static int exchange_between_parts(const System *system, Control *control, double t) {
+    if (!system->coupled_event_program.count) return 1;
+    if (!execute(system, control, system->coupled_read_program, t, 0.0)) return 0;
+    const int found = exchange_in_loops(system, control, system->coupled_event_program, t);
+    if (found == EVALUATED || control->fault) return found == EVALUATED;
+    return fail(control, control->refused, control->refused_status, control->refused_where, control->refused_element, t);
+}
+
 int handle_event(const System *system, Control *control, double t, int entering) {
     control->smooth_from = t;
     control->resuming = entering ? 1 : 0;
-    if (entering && !all_in_mode(system, control, 1, t)) return 0;
+    if (entering && !all_in_mode(system, control, 1, 0, t)) return 0;
+    restart_solver(system);
     const int rereading = is_rereading(system, control);
     int asking = 0, settled = 0;
     for (int i = 0; i < MOST_UPDATES; i++) {
@@ -92,7 +139,27 @@ int handle_event(const System *system, Control *control, double t, int entering)
         if (!rereading) return 1; /* all that follows the inputs has been read */
         if (!execute(system, control, system->event_read_program, t, 0.0)) return 0;
         if (!execute(system, control, system->event_program, t, 0.0)) return 0;
-        if (!again) return all_in_mode(system, control, 0, t) && resume(system, control, t);
+        if (system->cut_places.count) {
+            if (!exchange_between_parts(system, control, t)) return 0;
+            if (!execute(system, control, system->event_read_program, t, 0.0)) return 0;
+        }
+        if (!again) return all_in_mode(system, control, 0, 0, t) && resume(system, control, t);
+    }
+    return fail(control, FAULT_ENDLESS_EVENTS, 0, -1 - asking, CALLED_UpdateDiscreteStates, t);
+}
+
+int handle_event_of_parts(const System *system, Control *control, double t) {
+    int asking = 0;
+    if (!all_in_mode(system, control, 1, 1, t)) return 0;
+    for (int i = 0; i < MOST_UPDATES; i++) {
+        int again = 0;
+        if (!exchange_between_parts(system, control, t)) return 0;
+        for (size_t k = 0; k < system->parts.count; k++) {
+            const int number = system->parts.at[k].instance, answer = update(system, control, number, t);
+            if (answer == FAILED) return 0;
+            if (answer) again = 1, asking = number;
+        }
+        if (!again) return all_in_mode(system, control, 0, 1, t);
     }
     return fail(control, FAULT_ENDLESS_EVENTS, 0, -1 - asking, CALLED_UpdateDiscreteStates, t);
 }

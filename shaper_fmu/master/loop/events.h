@@ -8,6 +8,9 @@
 /* Exchange values at t until nothing changes any more; instances with event mode go through it, and into it if `entering`. */
 int handle_event(const System *system, Control *control, double t, int entering);
 
+/* An event of the parts that the solver solves, within a step: nobody else takes part in it. */
+int handle_event_of_parts(const System *system, Control *control, double t);
+
 /* Handle an event at the end of a step. */
 int end_in_event(const System *system, Control *control, double t);
 

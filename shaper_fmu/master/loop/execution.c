@@ -2,6 +2,7 @@
 
 #include "execution.h"
 
+#include "solver.h"
 #include "transfers.h"
 
 static inline int step2(const System *system, Control *control, int number, double t, double h) {
@@ -114,6 +115,14 @@ int execute(const System *system, Control *control, Operations program, double t
                 h = control->target - t;
             }
             break;
+        case OP_SOLVE:
+            going = solve(system, control, t, h, control->cut && stepped == 0);
+            stepped++;
+            if (control->at_event == SHORTENED) {
+                control->at_event = 1;
+                h = control->target - t;
+            }
+            break;
         case OP_TABLES_BEFORE: look_up_tables(system, t); break;
         case OP_TABLES_NOW: look_up_tables(system, t + h); break;
         case OP_HOLD: hold(system, t); break;
@@ -122,7 +131,7 @@ int execute(const System *system, Control *control, Operations program, double t
             if (!control->all_open && !system->guards.at[number].open) i += (size_t)system->guards.at[number].skip;
             break;
         case OP_KEEP: keep_values(&system->transfers.at[number]); break;
-        case OP_AGAIN: going = !control->resuming || set_again(system, control, number, t); break;
+        case OP_AGAIN: going = !control->resuming || call_again(system, control, number, t); break;
         case OP_CLOCKED:
             if (!ticks(system, &system->clock_guards.at[number])) i += (size_t)system->clock_guards.at[number].skip;
             break;

@@ -52,4 +52,48 @@ typedef int Fmi3GetShiftDecimal(void *instance, const uint32_t *references, size
 typedef int Fmi3GetShiftFraction(void *instance, const uint32_t *references, size_t count, uint64_t *counters,
                                  uint64_t *resolutions);
 
+/* Model exchange */
+
+typedef int FmiSetTime(void *instance, double t);
+
+/* fmi2GetContinuousStates, fmi2GetDerivatives, fmi2GetEventIndicators and the like */
+typedef int FmiGetArray(void *instance, double *values, size_t count);
+
+typedef int FmiSetArray(void *instance, const double *values, size_t count);
+
+typedef int Fmi1Completed(void *instance, char *event);
+
+typedef int Fmi2Completed(void *instance, int no_going_back, int32_t *event, int32_t *terminate);
+
+typedef int Fmi3Completed(void *instance, Fmi3Boolean no_going_back, Fmi3Boolean *event, Fmi3Boolean *terminate);
+
+typedef struct {
+    char converged;
+    char references_changed;
+    char values_changed;
+    char terminate;
+    char event_defined;
+    double event_time;
+} Fmi1EventInfo;
+
+typedef int Fmi1EventUpdate(void *instance, char intermediate, Fmi1EventInfo *info);
+
+typedef struct {
+    int32_t again;
+    int32_t terminate;
+    int32_t nominals_changed;
+    int32_t values_changed;
+    int32_t event_defined;
+    double event_time;
+} Fmi2EventInfo;
+
+typedef int Fmi2NewDiscreteStates(void *instance, Fmi2EventInfo *info);
+
+typedef int Fmi2Directional(void *instance, const uint32_t *unknowns, size_t unknown_count, const uint32_t *knowns,
+                            size_t known_count, const double *seed, double *sensitivity);
+
+typedef int Fmi3Directional(void *instance, const uint32_t *unknowns, size_t unknown_count, const uint32_t *knowns,
+                            size_t known_count, const double *seed, size_t seed_count, double *sensitivity,
+                            size_t sensitivity_count);
+
 #endif

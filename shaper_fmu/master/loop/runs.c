@@ -5,6 +5,7 @@
 #include "execution.h"
 #include "faults.h"
 #include "fmi.h"
+#include "solver.h"
 
 int loop_initialize(const System *system, Control *control, double t) {
     if (system->clocks.count && !execute(system, control, system->clock_program, t, 0.0)) return 0;
@@ -48,6 +49,7 @@ static void forget(const System *system) {
     for (size_t i = 0; i < system->tables.count; i++) system->tables.at[i].cursor = system->tables.at[i].first;
     for (size_t i = 0; i < system->instances.count; i++) system->instances.at[i].next_event = NO_EVENT;
     for (size_t i = 0; i < system->metrics.count; i++) system->metrics.at[i].time = NAN;
+    restart_solver(system);
     for (size_t i = 0; i < system->slopes.count; i++)
         system->slopes.at[i].previous_time = system->slopes.at[i].held_time = NAN;
 }

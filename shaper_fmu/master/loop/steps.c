@@ -4,33 +4,30 @@
 #include "execution.h"
 #include "metrics.h"
 
-/* Whether an announced event ends the step from t before its target. */
-static inline int comes_before(double due, const Control *control, double target, double near) {
-    return control->t + near < due && due < target - near;
+/* Take into account that an event is due: it ends the step if it comes before the step's target. */
+static inline void consider(Control *control, double due, double near) {
+    if (!(control->t + near < due)) return;
+    if (due < control->target - near) control->target = due;
+    if (due < control->horizon) control->horizon = due;
 }
 
 /* Where the next step ends: at the next point of the grid, or at the earliest event before it. */
 static void plan(const System *system, Control *control) {
     const int last = control->done + 1 >= control->steps;
     const double grid = last ? control->stop : control->start + (double)(control->done + 1) * control->step;
-    double target = grid;
+    control->target = grid;
+    control->horizon = NO_EVENT;
     if (control->exact) {
         const double near = time_rounding(control->t, grid - control->t);
-        for (size_t i = 0; i < system->event_places.count; i++) {
-            const double due = system->bus.at[system->event_places.at[i]];
-            if (comes_before(due, control, target, near)) target = due;
-        }
-        for (size_t i = 0; i < system->instances.count; i++) {
-            const double due = system->instances.at[i].next_event;
-            if (comes_before(due, control, target, near)) target = due;
-        }
+        for (size_t i = 0; i < system->event_places.count; i++)
+            consider(control, system->bus.at[system->event_places.at[i]], near);
+        for (size_t i = 0; i < system->instances.count; i++) consider(control, system->instances.at[i].next_event, near);
         const double *const jumps = system->jumps.at;
         const int count = (int)system->jumps.count;
         while (control->jump < count && jumps[control->jump] <= control->t + near) control->jump++;
-        if (control->jump < count && jumps[control->jump] < target - near) target = jumps[control->jump];
+        if (control->jump < count) consider(control, jumps[control->jump], near);
     }
-    control->target = target;
-    control->at_grid = target == grid;
+    control->at_grid = control->target == grid;
     control->at_event = 0;
 }
 

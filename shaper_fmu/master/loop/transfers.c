@@ -120,19 +120,18 @@ int set_values(const System *system, Control *control, int number, double t) {
     return judge(control, call(transfer), number, -1, t);
 }
 
-int set_again(const System *system, Control *control, int number, double t) {
-    return judge(control, call(&system->transfers.at[number]), number, -1, t);
-}
-
 void keep_values(const Transfer *transfer) {
     const size_t size = size_of(transfer->type);
     const char *const values = transfer->values;
     for (size_t i = 0; i < transfer->element_count; i++) *transfer->elements[i].bus = taken(transfer->type, values + i * size);
 }
 
+int call_again(const System *system, Control *control, int number, double t) {
+    return judge(control, call(&system->transfers.at[number]), number, -1, t);
+}
+
 int get_values(const System *system, Control *control, int number, double t) {
-    const Transfer *const transfer = &system->transfers.at[number];
-    if (!judge(control, call(transfer), number, -1, t)) return 0;
-    keep_values(transfer);
+    if (!call_again(system, control, number, t)) return 0;
+    keep_values(&system->transfers.at[number]);
     return 1;
 }

@@ -13,8 +13,8 @@
 int set_values(const System *system, Control *control, int number, double t);
 int get_values(const System *system, Control *control, int number, double t);
 
-/* Set what a transfer has set before, whatever is on the bus now. */
-int set_again(const System *system, Control *control, int number, double t);
+/* Only call: set what has been set before, whatever is on the bus now; or have the memory filled, but not the bus. */
+int call_again(const System *system, Control *control, int number, double t);
 
 /* Bring the values in a transfer's memory to the bus. */
 void keep_values(const Transfer *transfer);

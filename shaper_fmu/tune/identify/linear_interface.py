@@ -13,10 +13,9 @@ from fmpy.fmi1 import FMICallException
 from shaper_fmu.errors import ShaperFmuError, SimulationError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.model_exchange import directional_flags
 from shaper_fmu.master.variables import kind_of
-from shaper_fmu.xml_files import parse_xml
 
-_FLAGS = {2: "providesDirectionalDerivative", 3: "providesDirectionalDerivatives"}
 _MOST_UPDATES = 100
 _MOST_STATES = 1000
 _LARGEST = 1e100
@@ -50,7 +49,7 @@ class Interface:
 
 def interface_of(fmu: Fmu) -> Interface:
     """The declared interface. Raises LinearizationError if it contradicts itself, NoLinearizationError if parts are missing."""
-    flags = _directional_flags(fmu)
+    flags = directional_flags(fmu)
     exchange = fmu.description.modelExchange is not None
     if not (exchange or flags[0]):
         raise NoLinearizationError(
@@ -77,14 +76,6 @@ def interface_of(fmu: Fmu) -> Interface:
     if len(states) > _MOST_STATES:
         raise NoLinearizationError(f"{fmu.name} has {len(states)} states; up to {_MOST_STATES} are linearized")
     return Interface(tuple(states), tuple(derivatives), exchange, flags)
-
-
-def _directional_flags(fmu: Fmu) -> tuple[bool, bool]:
-    """Read from the file: fmpy does not keep the name that FMI 3.0 has for it."""
-    root = parse_xml((fmu.folder / "modelDescription.xml").read_bytes(), f"{fmu.name}: modelDescription.xml")
-    found = [root.find(kind) for kind in ("CoSimulation", "ModelExchange")]
-    declared = [one is not None and one.get(_FLAGS[fmu.version]) in ("true", "1") for one in found]
-    return declared[0], declared[1]
 
 
 def directional(instance: Instance, unknowns: Sequence[str], known: str) -> np.ndarray:

@@ -1,0 +1,146 @@
+"""FMUs of model exchange as the loop sees them: parts of one system of equations (see loop/parts.h)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from shaper_fmu.errors import ModelError
+from shaper_fmu.master import layout as of
+from shaper_fmu.master.cvode import Cvode, Method
+from shaper_fmu.master.fmu import Fmu
+from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.variables import kind_of
+from shaper_fmu.xml_files import parse_xml
+
+Coupling = Literal["monolithic", "steps"]
+"""How FMUs of model exchange act on each other: in every evaluation of the solver, or at communication points, like all others."""
+
+TOLERANCE = 1e-6
+"""Relative tolerance of the solver where neither the user nor an FMU's default experiment gives one."""
+
+
+class Solving(NamedTuple):
+    """How FMUs of model exchange are solved.
+
+    Attributes:
+        method: CVODE's.
+        coupling: of these FMUs with each other.
+        tolerance: relative; absolute times the states' nominal values. None for the FMUs' default.
+    """
+
+    method: Method = "bdf"
+    coupling: Coupling = "monolithic"
+    tolerance: float | None = None
+
+
+SOLVING = Solving()
+"""How they are solved if nobody has said it."""
+
+_FUNCTIONS: dict[str, dict[int, str]] = {
+    "set_time": {1: "SetTime", 2: "SetTime", 3: "SetTime"},
+    "set_states": {1: "SetContinuousStates", 2: "SetContinuousStates", 3: "SetContinuousStates"},
+    "get_states": {1: "GetContinuousStates", 2: "GetContinuousStates", 3: "GetContinuousStates"},
+    "get_nominals": {
+        1: "GetNominalContinuousStates", 2: "GetNominalsOfContinuousStates", 3: "GetNominalsOfContinuousStates",
+    },
+    "get_derivatives": {1: "GetDerivatives", 2: "GetDerivatives", 3: "GetContinuousStateDerivatives"},
+    "get_indicators": {1: "GetEventIndicators", 2: "GetEventIndicators", 3: "GetEventIndicators"},
+    "completed": {1: "CompletedIntegratorStep", 2: "CompletedIntegratorStep", 3: "CompletedIntegratorStep"},
+}  # fmt: skip
+
+
+def states_of(fmu: Fmu) -> int:
+    """How many continuous states it declares; those of arrays by their elements."""
+    if fmu.version < 3:
+        return int(fmu.description.numberOfContinuousStates)
+    return sum(len(fmu.elements_of(str(one.variable.name))) for one in fmu.description.derivatives if one.variable is not None)
+
+
+def indicators_of(fmu: Fmu) -> int:
+    """How many event indicators it declares."""
+    if fmu.version < 3:
+        return int(fmu.description.numberOfEventIndicators)
+    return sum(len(fmu.elements_of(str(one.variable.name))) for one in fmu.description.eventIndicators if one.variable is not None)
+
+
+def directional_flags(fmu: Fmu) -> tuple[bool, bool]:
+    """Whether co-simulation and model exchange provide directional derivatives.
+
+    Read from the file: fmpy does not keep the name that FMI 3.0 has for it.
+    """
+    name = {2: "providesDirectionalDerivative", 3: "providesDirectionalDerivatives"}.get(fmu.version, "")
+    root = parse_xml((fmu.folder / "modelDescription.xml").read_bytes(), f"{fmu.name}: modelDescription.xml")
+    found = [root.find(kind) for kind in ("CoSimulation", "ModelExchange")]
+    declared = [one is not None and one.get(name) in ("true", "1") for one in found]
+    return declared[0], declared[1]
+
+
+def state_pairs(fmu: Fmu) -> list[tuple[int, int]]:
+    """References of the states and of their derivatives; none where arrays or an incomplete description leave them unknown."""
+    pairs: list[tuple[int, int]] = []
+    for unknown in fmu.description.derivatives:
+        rate = unknown.variable
+        state = rate.derivative if rate is not None else None
+        if rate is None or state is None or state.dimensions or rate.dimensions or kind_of(state) != "real":
+            return []
+        pairs.append((int(state.valueReference), int(rate.valueReference)))
+    return pairs
+
+
+class Parts:
+    """The parts of a system, and their solver.
+
+    Attributes:
+        names: the instances.
+        rows, solvers: see layout.py.
+    """
+
+    def __init__(self, instances: Mapping[str, Instance], solving: Solving, coupled: bool):
+        self._memory: list[np.ndarray] = []  # that addresses in the rows point into
+        self.names: list[str] = [name for name, instance in instances.items() if instance.fmu.exchanges_model]
+        self.rows: np.ndarray = np.zeros(len(self.names), of.PART)
+        numbers = list(instances)
+        states = indicators = 0
+        for row, name in zip(self.rows, self.names, strict=True):
+            fmu = instances[name].fmu
+            row["instance"], row["first"], row["first_indicator"] = numbers.index(name), states, indicators
+            row["states"], row["indicators"] = states_of(fmu), indicators_of(fmu)
+            states, indicators = states + int(row["states"]), indicators + int(row["indicators"])
+            self._fill(row, instances[name])
+        self._cvode: Cvode | None = None
+        self.solvers: np.ndarray = np.zeros(0, of.SOLVER)
+        if self.names:
+            with_jacobian = not coupled and bool(np.all(self.rows["directional"] != 0))
+            self._cvode = Cvode(solving.method, states, indicators, with_jacobian)
+            self.solvers = self._cvode.row
+            self.solvers["restart"] = 1
+            self._cvode.attach(self.solvers.ctypes.data)
+            self.solvers["relative"] = solving.tolerance or self._default_tolerance(instances)
+
+    def _default_tolerance(self, instances: Mapping[str, Instance]) -> float:
+        """The smallest of the FMUs' default experiments."""
+        return min(instances[name].fmu.default_tolerance or TOLERANCE for name in self.names)
+
+    def _fill(self, row: Any, instance: Instance) -> None:
+        """The FMU's functions. Raises ModelError for one that is needed and that its library lacks."""
+        fmu, version = instance.fmu, instance.fmu.version
+        row["handle"], row["version"] = instance.handle, version
+        unneeded = {
+            "completed": version > 1 and not getattr(fmu.capabilities, "needsCompletedIntegratorStep", True),
+            "get_indicators": not row["indicators"],
+            **dict.fromkeys(("set_states", "get_states", "get_nominals", "get_derivatives"), not row["states"]),
+        }
+        for field, names in _FUNCTIONS.items():
+            if unneeded.get(field):
+                continue
+            row[field] = instance.address(f"fmi{version}{names[version]}")
+            if not row[field] and field != "get_nominals":
+                raise ModelError([f"{instance.name}: the library of {fmu.name} lacks the function fmi{version}{names[version]}"])
+        pairs = state_pairs(fmu) if version > 1 and directional_flags(fmu)[1] else []
+        if pairs and len(pairs) == row["states"]:
+            row["directional"] = instance.address(f"fmi{version}GetDirectionalDerivative")
+            self._memory.append(np.array(pairs, np.uint32).T.copy())
+            row["references"], row["rates"] = (line.ctypes.data for line in self._memory[-1])
