@@ -8,7 +8,7 @@ from shaper_fmu.xml_files import parse_xml
 
 _NAME = "io.shaper-fmu"
 _READABLE = "outputsBetweenSetAndStep"
-_PLACES = {2: ("VendorAnnotations/Tool", "name"), 3: ("Annotations/Annotation", "type")}
+_PLACES = {1: ("VendorAnnotations/Tool", "name"), 2: ("VendorAnnotations/Tool", "name"), 3: ("Annotations/Annotation", "type")}
 
 
 def declares_readable_after_set(folder: Path, name: str, version: int) -> bool:

@@ -54,6 +54,9 @@ class Batch:
 
     `varied` are the names ("instance.variable") of all start values that any run sets; what a run does not give has the
     system's own value, or the FMU's. Raises ModelError for wrong names, and for a system that cannot be run as a batch.
+
+    Attributes:
+        resets: whether the FMUs can be reset; if not, the batch is good for one run.
     """
 
     def __init__(self, system: SystemStructure, plan: Plan, metrics: Mapping[str, Metric], varied: Sequence[str]):
@@ -83,6 +86,7 @@ class Batch:
         treatment = treat_events(system, plan.exact)
         self._simulation.instantiate(treatment.exact)
         self.instances: dict[str, Instance] = self._simulation.instances
+        self.resets: bool = False not in [self._can_reset(name) for name in self.instances]
         self._ports = self._start_ports(varied)
         self._program = Program(
             system, self.instances, system.ports([plan.stop_when] if plan.stop_when else []), plan.algorithm,
@@ -93,7 +97,9 @@ class Batch:
             raise ModelError(["loops without delay, inputs given by functions, and partly connected arrays need Simulation.run"])
         if any(fmu.structure for fmu in system.fmus.values()):
             raise ModelError(["values of structural parameters, which a reset takes back, need Simulation.run"])
-        if not all(instance.address(f"fmi{instance.fmu.version}Reset") for instance in self.instances.values()):
+        if not all(
+            instance.fmu.version == 1 or instance.address(f"fmi{instance.fmu.version}Reset") for instance in self.instances.values()
+        ):
             raise ModelError(["FMUs whose libraries lack the function to reset them need Simulation.run"])
         program.reset()
         self._places = np.array(program.start_places(), np.int64)
@@ -104,6 +110,19 @@ class Batch:
         self._controls: Any = (of.Control * 2)()  # the one in use, and a fresh one
         self._control = self._controls[0]
         self._fill(self._controls[1], treatment.exact)
+
+    def _can_reset(self, name: str) -> bool:
+        """Whether an instance can be reset. That of FMI 1.0 is tried, since many return an error; it is as new afterwards."""
+        instance = self.instances[name]
+        if instance.fmu.version > 1:
+            return True
+        try:
+            instance.enter_initialization(self.plan.start_time, self.plan.stop_time, self.system.start_values[name])
+            instance.reset()
+        except SimulationError:
+            self._simulation.replace(name)
+            return False
+        return True
 
     def _fill(self, control: of.Control, exact: bool) -> None:
         plan = self.plan
@@ -181,6 +200,8 @@ class Batch:
                 _MOST, self._places.ctypes.data, len(self._places), rows[left].ctypes.data, len(rows) - done,
                 numbers[left].ctypes.data, now, gathered[left].ctypes.data,
             )  # fmt: skip
+            for instance in self.instances.values():
+                instance.initialized = True
             loop().whole_runs(self._program.address, self._controls, self._in_event_mode, runs)
             put_back(Share.FOR_OTHERS)
             done, code = done + runs.finished, runs.answer

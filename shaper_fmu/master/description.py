@@ -21,6 +21,7 @@ from fmpy.validation import validate_model_description
 from lxml import etree
 
 from shaper_fmu.errors import ArchiveError
+from shaper_fmu.master.description1 import complete1
 from shaper_fmu.master.mending import mended, whole
 from shaper_fmu.master.variable_names import wrong_names
 from shaper_fmu.master.variables import items_of
@@ -60,6 +61,8 @@ def read_description(content: bytes, name: str) -> tuple[ModelDescription, list[
     except Exception as error:  # fmpy raises many kinds
         raise ArchiveError(f"{where} is not valid: {error}") from error
     _tell_lines(description, root)
+    if version[0] == "1":
+        complete1(description, root)
     findings += _model_findings(description)
     return description, list(dict.fromkeys(findings))
 

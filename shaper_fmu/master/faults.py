@@ -11,6 +11,7 @@ from fmpy.fmi2 import fmi2Terminated
 
 from shaper_fmu.errors import SimulationError
 from shaper_fmu.master import layout as of
+from shaper_fmu.master.functions import standard_name
 from shaper_fmu.master.instance import Instance, moment
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.variables import items_of, shown_items
@@ -70,11 +71,12 @@ def called_name(instance: Instance, number: int) -> str:
         ("GetDerivatives", 3): "GetContinuousStateDerivatives", ("GetNominals", 1): "GetNominalContinuousStates",
         ("GetNominals", 2): "GetNominalsOfContinuousStates", ("GetNominals", 3): "GetNominalsOfContinuousStates",
         ("UpdateDiscreteStates", 2): "NewDiscreteStates", ("UpdateDiscreteStates", 1): "EventUpdate",
+        ("Reset", 1): "ResetSlave", ("EnterInitializationMode", 1): "InitializeSlave",
     }  # fmt: skip
     exchange = instance.fmu.exchanges_model
     if name == "EnterStepMode" and exchange:
         name = "EnterContinuousTimeMode"
-    return f"fmi{version}{names.get((name, version), name)}"
+    return standard_name(f"fmi{version}{names.get((name, version), name)}")
 
 
 _SOLVER_FAULTS = {

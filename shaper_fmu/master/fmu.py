@@ -47,13 +47,13 @@ def _new_folder(name: str) -> Path:
 
 
 class Fmu:
-    """An unpacked FMU of FMI 2.0 or 3.0.
+    """An unpacked FMU.
 
     Attributes:
         name: the file's name.
         folder: where it is unpacked, until the process ends.
         description: fmpy's model description.
-        version: of FMI, 2 or 3.
+        version: of FMI, 1, 2 or 3.
         interface: by which it is used: co-simulation if it has it, unless model exchange was asked for (see `with_interface`).
         findings: what is wrong with the description, but does not stop it from being run.
         variables: the variables by name; an array of FMI 3.0 as its elements x[1], x[2], ... (x[1,1], x[1,2], ... in rows).
@@ -152,6 +152,11 @@ class Fmu:
         return self.exchanges_model or (self.version == 3 and bool(getattr(self.capabilities, "hasEventMode", False)))
 
     @property
+    def follows_at_start(self) -> bool:
+        """Whether outputs may be asked for after inputs were set at the start: a slave of FMI 1.0 has no initialization mode."""
+        return self.version > 1 or self.exchanges_model
+
+    @property
     def takes_any_step(self) -> bool:
         """Whether its communication steps may be of any length."""
         return self.exchanges_model or bool(getattr(self.capabilities, "canHandleVariableCommunicationStepSize", False))
@@ -243,7 +248,7 @@ class Fmu:
         return self._elements.get(name, [name])
 
     def elements_with(self, name: str) -> list[str]:
-        """The variable itself in FMI 2.0; in FMI 3.0 all elements of its array."""
+        """The variable itself in FMI 1.0 and 2.0; in FMI 3.0 all elements of its array."""
         return self._wholes[name] if self.version == 3 else [name]
 
     def unit_of(self, name: str) -> str | None:
@@ -333,10 +338,11 @@ def _description_of(name: str, content: bytes | None) -> bytes:
 def _coupled_description(name: str, folder: Path) -> tuple[ModelDescription, list[str]]:
     file = folder / _DESCRIPTION
     description, findings = read_description(_description_of(name, file.read_bytes() if file.is_file() else None), name)
-    none = description.coSimulation is None and description.modelExchange is None
-    if str(description.fmiVersion)[:2] not in ("2.", "3.") or none:
+    if description.coSimulation is None and description.modelExchange is None:
         kind = " for Scheduled Execution only" if getattr(description, "scheduledExecution", None) is not None else ""
+        raise ModelError([f"{name}: an FMI {description.fmiVersion} FMU{kind}; co-simulation and model exchange can be coupled"])
+    if description.fmiVersion == "1.0" and description.coSimulation is not None and description.coSimulation.needsExecutionTool:
         raise ModelError(
-            [f"{name}: an FMI {description.fmiVersion} FMU{kind}; co-simulation and model exchange of FMI 2.0 and 3.0 can be run"]
+            [f"{name}: an FMI 1.0 FMU that couples a tool (CoSimulation_Tool); only those that stand alone can be coupled"]
         )
     return description, findings

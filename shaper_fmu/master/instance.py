@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import deque
 from collections.abc import Mapping, Sequence
 from ctypes import byref, c_void_p, cast
@@ -9,7 +10,16 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-from fmpy.fmi1 import FMICallException, printLogMessage
+from fmpy.fmi1 import (
+    FMICallException,
+    fmi1CallbackAllocateMemoryTYPE,
+    fmi1CallbackFreeMemoryTYPE,
+    fmi1CallbackFunctions,
+    fmi1CallbackLoggerTYPE,
+    fmi1False,
+    fmi1True,
+    printLogMessage,
+)
 from fmpy.fmi2 import (
     fmi2CallbackAllocateMemoryTYPE,
     fmi2CallbackFreeMemoryTYPE,
@@ -19,8 +29,9 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 
 from shaper_fmu.errors import ModelError, SimulationError
+from shaper_fmu.master.description1 import turned
 from shaper_fmu.master.fmu import Fmu
-from shaper_fmu.master.functions import LENIENT, lacking
+from shaper_fmu.master.functions import LENIENT, lacking, standard_name
 from shaper_fmu.master.once import occupy, once_key, vacate
 from shaper_fmu.master.process_ends import live
 from shaper_fmu.master.process_signals import SILENT
@@ -35,7 +46,7 @@ _FAILED = {
 }
 """What a status above Warning means, as part of a message."""
 
-_ENDS = ("enterInitializationMode", "exitInitializationMode", "reset")
+_ENDS = ("enterInitializationMode", "exitInitializationMode", "initialize", "reset")
 """Calls after which it is another FMU's turn."""
 
 Moment = float | str | None
@@ -49,10 +60,13 @@ def moment(at: Moment) -> str:
 
 _logs: dict[int, deque[str]] = {}
 """Log messages by the instance's number, which is its component environment."""
+_logs1: dict[int | bytes, deque[str]] = {}
+"""Of FMI 1.0, which has none, by the instance's address, and by its name: while it is made its address is not known."""
 
 
 def _log(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:
     log = _logs.get(environment or 0)
+    log = _logs1.get(environment or 0, _logs1.get(name)) if log is None else log
     if log is None:
         printLogMessage(c_void_p(environment), name, status, category, message)
     else:
@@ -79,6 +93,18 @@ def _make_callbacks() -> fmi2CallbackFunctions:
 _callbacks = _make_callbacks()
 
 
+def _make_callbacks1() -> fmi1CallbackFunctions:
+    """Those of FMI 1.0, with the same logger: its first argument is the instance."""
+    callbacks = fmi1CallbackFunctions()
+    callbacks.logger = cast(_callbacks.logger, fmi1CallbackLoggerTYPE)
+    callbacks.allocateMemory = cast(_callbacks.allocateMemory, fmi1CallbackAllocateMemoryTYPE)
+    callbacks.freeMemory = cast(_callbacks.freeMemory, fmi1CallbackFreeMemoryTYPE)
+    return callbacks
+
+
+_callbacks1 = _make_callbacks1()
+
+
 class Instance:
     """An instantiated FMU. Every failing call raises SimulationError with the instance's name and its last messages.
 
@@ -87,6 +113,8 @@ class Instance:
     Attributes:
         usable: whether it can be called; not after it was closed, nor after a fatal status.
         fatal: whether it has returned a fatal status, after which FMI allows no call of any instance of this FMU.
+        initialized: whether it has been since it was made or reset (FMI 1.0 resets and terminates no other).
+        event_info: what fmiInitialize has told (FMI 1.0, model exchange): the items of fmiEventInfo.
     """
 
     def __init__(self, name: str, fmu: Fmu, event_mode: bool = True):
@@ -95,6 +123,8 @@ class Instance:
         self.log: deque[str] = deque(maxlen=20)
         self.usable: bool = False
         self.fatal: bool = False
+        self.initialized: bool = False
+        self.event_info: tuple[Any, ...] = ()
         self.event_mode: bool = (event_mode or fmu.exchanges_model) and fmu.has_event_mode
         self._arrays: dict[tuple[int, str], list[Any]] = {}  # values of FMI 3.0 arrays, which can be set as a whole only
         self._environment = max(_logs, default=0) + 1
@@ -131,6 +161,13 @@ class Instance:
             modes = {} if self.fmu.exchanges_model else {"eventModeUsed": self.event_mode, "earlyReturnAllowed": self.event_mode}
             self._load(description.instantiationToken, common)
             self.slave.instantiate(loggingOn=True, logMessage=self._logger, **modes)
+        elif self.fmu.version == 1:
+            _logs1[self.name.encode()] = self.log
+            self._load(description.guid, common)
+            self.slave.instantiate(functions=_callbacks1, loggingOn=True)
+            if not self.slave.component:  # of a slave fmpy does not look
+                raise SimulationError("Failed to instantiate")
+            _logs1[self.handle] = self.log
         else:
             self._callbacks = fmi2CallbackFunctions.from_buffer_copy(_callbacks)
             self._callbacks.componentEnvironment = self._environment
@@ -164,14 +201,14 @@ class Instance:
         """The messages of fmpy and the FMU for a failed instantiation."""
         message = str(error)
         if message.startswith("Failed to instantiate"):  # the function has returned NULL
-            kind = "ModelExchange" if self.fmu.exchanges_model else "CoSimulation"
-            message = f"fmi{self.fmu.version}Instantiate{kind if self.fmu.version == 3 else ''} failed"
+            kinds = {1: ("Slave", "Model"), 2: ("", ""), 3: ("CoSimulation", "ModelExchange")}[self.fmu.version]
+            message = standard_name(f"fmi{self.fmu.version}Instantiate{kinds[self.fmu.exchanges_model]} failed")
         return "; ".join(line for line in [message, *list(self.log)[-3:]] if line)
 
-    def call(self, function: str, *arguments: Any, at: Moment = None) -> None:
+    def call(self, function: str, *arguments: Any, at: Moment = None) -> Any:
         """Call a method of fmpy's slave, such as "reset"."""
         try:
-            getattr(self.slave, function)(*arguments)
+            return getattr(self.slave, function)(*arguments)
         except FMICallException as error:
             raise self.failure(error.function, error.status, at) from None
         finally:
@@ -191,25 +228,52 @@ class Instance:
             self.set_values(self.fmu.structure, "initialization")
             self.call("exitConfigurationMode", at="initialization")
         self.set_values(values, "initialization")
+        if self.fmu.version == 1:
+            self._initialize1(start_time, stop_time, tolerance)
+            return
         experiment = (tolerance, start_time, stop_time) if self.fmu.version == 3 else ()
         self.call("enterInitializationMode", *experiment, at="initialization")
 
+    def exit_initialization(self) -> None:
+        """Leave initialization mode; FMI 1.0 has none."""
+        if self.fmu.version > 1:
+            self.call("exitInitializationMode", at="initialization")
+
+    def _initialize1(self, start_time: float, stop_time: float | None, tolerance: float | None) -> None:
+        """Initialize an instance of FMI 1.0."""
+        self.initialized = True  # so that it is reset if this fails
+        if self.fmu.exchanges_model:
+            self.call("setTime", start_time, at="initialization")
+            controlled = (fmi1True, tolerance) if tolerance is not None else (fmi1False, 0.0)
+            self.event_info = self.call("initialize", *controlled, at="initialization")
+        else:
+            self.call("initialize", start_time, stop_time, at="initialization")
+
     def reset(self) -> None:
-        """Bring the instance back to the state after instantiation."""
-        self.call("reset", at="reset")
+        """Bring the instance back to the state after instantiation. Raises SimulationError where the FMU does not do it."""
+        if self.fmu.version == 1 and self.fmu.exchanges_model:
+            raise SimulationError(f"{self.name}: models of FMI 1.0 cannot be reset")
+        if self.fmu.version > 1 or self.initialized:
+            self.call("reset", at="reset")
+        self.initialized = False
         self._arrays.clear()
         self.log.clear()
 
     def address(self, function: str) -> int:
-        """Address of a function of the FMU's library; 0 if it does not exist."""
+        """Address of a function of the FMU's library, by the standard's name; 0 if it does not exist."""
+        symbol = f"{self.slave.modelIdentifier}_{function}" if self.fmu.version == 1 else function
         try:
-            return cast(self.slave.dll[function], c_void_p).value or 0
+            return cast(self.slave.dll[symbol], c_void_p).value or 0
         except AttributeError:
             return 0
 
     def entry_points(self) -> tuple[int, ...]:
         """Handle, version, whether it has event mode and is used by model exchange, and addresses: see layout.INSTANCE."""
         version, exchange = self.fmu.version, self.fmu.exchanges_model
+        flags = int(self.event_mode), int(exchange)
+        if version == 1:
+            names = ["fmiDoStep", "", "", "", "fmiResetSlave", "", "fmiInitializeSlave", ""]
+            return (self.handle, 1, *flags, *[self.address(name) if name else 0 for name in names])
         names = ["" if exchange else f"fmi{version}DoStep", "", "", ""]
         if exchange or version == 3:
             step_mode = f"fmi{version}EnterContinuousTimeMode" if exchange else "fmi3EnterStepMode"
@@ -217,7 +281,6 @@ class Instance:
             names[1:] = [f"fmi{version}EnterEventMode", step_mode, update]
         names += [f"fmi{self.fmu.version}Reset", "fmi2SetupExperiment" if self.fmu.version == 2 else ""]
         names += [f"fmi{self.fmu.version}{verb}InitializationMode" for verb in ("Enter", "Exit")]
-        flags = int(self.event_mode), int(exchange)
         return (self.handle, version, *flags, *[self.address(name) if name else 0 for name in names])
 
     @property
@@ -239,6 +302,7 @@ class Instance:
         self.usable = self.usable and not self.fatal
         logged = [text.removeprefix("Fatal py exception encountered: ").split("PyObject_CallMethod\n")[-1] for text in self.log]
         reasons = f": {'; '.join(logged[-3:])}" if logged else ""
+        function = standard_name(function)
         verb = _FAILED.get(status, f"returned {status}, which is not a status")
         end = " (Fatal: it cannot be used any more)" if status == 4 else ""
         return SimulationError(f"{self.name}{moment(at)}: {function} {verb}{reasons or ' and gave no message'}{end}")
@@ -257,6 +321,7 @@ class Instance:
         groups: dict[str, tuple[list[int], list[Any]]] = {}
         for reference, elements in self.fmu.whole_variables(values):
             whole = [values[name] if name in values else self.start_value(name) for name in elements]
+            whole = [turned(self.fmu.variables[name], value) for name, value in zip(elements, whole, strict=True)]
             if self.fmu.version == 3:
                 self._arrays[reference, str(self.fmu.variables[elements[0]].type)] = whole
             function = f"set{self._type_of(elements[0])}"
@@ -277,7 +342,7 @@ class Instance:
                 raise self.failure(error.function, error.status) from None
             finally:
                 put_back(Share.ARITHMETIC)
-            found.update(zip(elements, values, strict=True))
+            found.update({name: turned(self.fmu.variables[name], value) for name, value in zip(elements, values, strict=True)})
         return [found[name] for name in names]
 
     def _type_of(self, name: str) -> str:
@@ -290,9 +355,13 @@ class Instance:
 
     @property
     def takes_input_derivatives(self) -> bool:
-        """Whether it accepts the time derivative of an input over a step (FMI 2.0)."""
-        can = self.fmu.version == 2 and bool(getattr(self.fmu.capabilities, "canInterpolateInputs", False))
-        return can and self.address("fmi2SetRealInputDerivatives") != 0
+        """Whether it accepts the time derivative of an input over a step (FMI 1.0 and 2.0)."""
+        return bool(getattr(self.fmu.capabilities, "canInterpolateInputs", False)) and self.address(self.input_derivatives) != 0
+
+    @property
+    def input_derivatives(self) -> str:
+        """The function that takes the time derivatives of inputs; FMI 3.0 has none."""
+        return standard_name(f"fmi{self.fmu.version}SetRealInputDerivatives")
 
     def can_save_states(self) -> bool:
         """Whether the FMU saves and restores its state."""
@@ -324,10 +393,15 @@ class Instance:
         freed, self.usable = self.usable, False
         with Kept(last=True):
             if freed:
+                if self.fmu.version == 1 and self.initialized:
+                    with contextlib.suppress(SimulationError):
+                        self.call("terminate")
                 self.slave.freeInstance()
         self._leave(freed)
 
     def _leave(self, freed: bool) -> None:
+        for key in [key for key, log in _logs1.items() if log is self.log]:
+            del _logs1[key]
         live.pop(self._environment, None)
         if _logs.pop(self._environment, None) is not None:  # else it was closed before
             vacate(self.name, self._once, self._library(), freed)

@@ -35,6 +35,7 @@ INSTANCE = record(
     Function exit_initialization;
     double tolerance;               // of its solver, told at initialization; 0 for none
     double next_event;              // told by the last update of discrete states
+    int32_t initialized;            // since it was made or reset, of FMI 1.0
     """,
 )
 
@@ -348,10 +349,11 @@ class ValueType(IntEnum):
 
 
 class Code(IntEnum):
-    """Operations of a program. 2: reals, steps of FMI 2.0; KEEP: what has been set, to the bus; AGAIN: what has been set before
-    the event."""
+    """Operations of a program. 2: reals of FMI 1.0 and 2.0, steps of FMI 2.0; KEEP: what has been set, to the bus; AGAIN: what has
+    been set before the event."""
 
-    SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED, SOLVE = range(15)
+    SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED = range(14)
+    SOLVE, STEP1 = range(14, 16)
 
 
 class Fault(IntEnum):
@@ -384,7 +386,7 @@ PERIODIC, CHANGING, COUNTDOWN, TRIGGERED, TRIGGERING = ClockKind
 ONCE, ALWAYS = Asked.ONCE, Asked.ALWAYS
 F8, F4, I1, U1, I2, U2, I4, U4, I8, U8, BOOLEAN2, BOOLEAN3 = ValueType
 SIZES: dict[int, int] = {F8: 8, F4: 4, I1: 1, U1: 1, I2: 2, U2: 2, I4: 4, U4: 4, I8: 8, U8: 8, BOOLEAN2: 4, BOOLEAN3: 1}
-SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED, SOLVE = Code
+SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED, SOLVE, STEP1 = Code
 NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE, NO_ITEM = list(Fault)[:8]
 NOT_A_NUMBER, SOLVER_FAULT, ENDLESS_STATE_EVENTS, OPEN_LOOP = list(Fault)[8:12]
 BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = list(Fault)[12:]
@@ -439,6 +441,7 @@ class Layout(NamedTuple):
     coupled_event_program: Annotated[np.ndarray, OPERATION]  # the same at events
     cut_places: Annotated[np.ndarray, "int32_t"]  # of the sources of cut inputs in loops between them
     loop_memory: Annotated[np.ndarray, "double"]  # three vectors, a matrix, and whether it is known
+    early_program: Annotated[np.ndarray, OPERATION]  # sets inputs of FMI 1.0's slaves before they are initialized
 
 
 ELEMENTS: dict[str, np.dtype | str] = {

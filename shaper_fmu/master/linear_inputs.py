@@ -1,4 +1,4 @@
-"""Inputs that are linear over a step: for FMUs of FMI 2.0 that take derivatives of inputs.
+"""Inputs that are linear over a step: for FMUs of FMI 1.0 and 2.0 that take derivatives of inputs.
 
 Where the input's source steps before it (Gauss-Seidel), the input is the line between the source's values at both ends of
 the step; else it goes on with the slope of the step before. After an event, and where nothing is known yet, it is held.
@@ -15,8 +15,6 @@ from shaper_fmu.master import layout as of
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.variables import kind_of
 from shaper_fmu.master.wiring import Port
-
-_FUNCTION = "fmi2SetRealInputDerivatives"
 
 
 def linear_inputs(instances: Mapping[str, Instance], connections: Mapping[Port, Port]) -> list[Port]:
@@ -59,7 +57,7 @@ def lay_out(
         rows = [k for k, port in enumerate(ports) if port[0] == name]
         first, instance = rows[0], instances[name]
         calls[i] = (
-            instance.address(_FUNCTION), instance.handle, references[first:].ctypes.data, orders[first:].ctypes.data,
-            values[first:].ctypes.data, list(instances).index(name), first, len(rows),
+            instance.address(instance.input_derivatives), instance.handle, references[first:].ctypes.data,
+            orders[first:].ctypes.data, values[first:].ctypes.data, list(instances).index(name), first, len(rows),
         )  # fmt: skip
     return LinearInputs(slopes, calls, {name: i for i, name in enumerate(names)}, (values, orders, references))

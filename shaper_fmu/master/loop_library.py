@@ -54,6 +54,7 @@ class Loop:
             found.restype, found.argtypes = result, arguments
             return found
 
+        self.begin_early: Callable[..., Any] = function("loop_begin_early", truth, address, control, ctypes.c_double)
         self.initialize: Callable[..., Any] = function("loop_initialize", truth, address, control, ctypes.c_double)
         self.exchange: Callable[..., Any] = function("loop_exchange", truth, address, control, ctypes.c_double)
         self.start_clocks: Callable[..., Any] = function("loop_start_clocks", truth, address, control)

@@ -15,6 +15,7 @@ from lxml import etree
 
 from shaper_fmu.errors import ArchiveError
 from shaper_fmu.master.array_sizes import check_dimensions
+from shaper_fmu.master.description1 import mend1
 from shaper_fmu.master.mended_structure import mend_structure
 from shaper_fmu.units import BASE
 
@@ -64,7 +65,9 @@ def mended(root: etree._Element, version: int, where: str) -> list[str]:
         etree.SubElement(root, "ModelVariables")
     for step in (_mend_root, _mend_interfaces, _mend_units, _mend_types, _mend_variables):
         findings += step(root, version, where)
-    if version > 1:
+    if version == 1:
+        findings += mend1(root, where)
+    else:
         findings += check_dimensions(root, where)
         findings += mend_structure(root, version, where)
     return findings

@@ -31,7 +31,7 @@ def once_key(fmu: Fmu) -> Key | None:
     """The identity of an FMU that can be instantiated only once per process, otherwise None."""
     if not getattr(fmu.capabilities, FLAG, False):
         return None
-    token = fmu.description.guid if fmu.version == 2 else fmu.description.instantiationToken
+    token = fmu.description.instantiationToken if fmu.version == 3 else fmu.description.guid
     return str(token), str(fmu.capabilities.modelIdentifier)
 
 

@@ -2,8 +2,9 @@
 
 FMI allows no output to be read between the setting of inputs and the step (FMI 2.0.4, section 4.2.4; FMI 3.0, section 4.2.1,
 Step Mode): some FMUs' solvers are disturbed by it, others answer with what was. So outputs are read anew after a set only from
-instances through which values *pass*: while a system is initialized these are all, in events those in event mode, and at any
-time those that declare that they allow it (`Fmu.readable_after_set`). What other instances give is what their last step left.
+instances through which values *pass*: while a system is initialized these are all but FMI 1.0's slaves, in events those in event
+mode, and at any time those that declare that they allow it (`Fmu.readable_after_set`). What other instances give is what their last
+step left; slaves of FMI 1.0 get their inputs before they are initialized, too, as far as these are known then.
 
 Discrete inputs of instances with event mode are set in it alone (FMI 3.0, Step Mode), so that a change of one is an event.
 """
@@ -21,6 +22,8 @@ from shaper_fmu.master.signals import Table
 from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.transfer_writer import Operation, TransferWriter
 from shaper_fmu.master.wiring import Port
+
+_STEPS = {1: of.STEP1, 2: of.STEP2, 3: of.STEP3}
 
 
 class Operations:
@@ -71,7 +74,8 @@ class Operations:
         exchange = self._exchange(self._readable)
         alike = in_event_mode <= self._readable and not self.watched()
         event = exchange if alike else self._exchange(self._readable | in_event_mode, between=False)
-        initial = exchange if alike and self._readable >= set(names) else self._exchange(names, between=False)
+        starting = [name for name in names if self._system.follows_at_start(name)]
+        initial = exchange if alike and self._readable >= set(names) else self._exchange(starting, final=True, between=False)
         event_read = [operation for name in names if name in self._readable | in_event_mode for operation in reads[name]]
         step, jump = self._steps(algorithm, reads, linear_inputs, slope_calls)
         coupled = self._coupled(between=True) if monolithic else []
@@ -83,6 +87,7 @@ class Operations:
             "jump": jump,
             "exchange": exchange,
             "read": [operation for operations in reads.values() for operation in operations],
+            "early": self._early(starting, reads) if len(starting) < len(names) else [],
             "initial": initial,
             "final": exchange if self._readable >= set(names) else self._exchange(self._readable, final=True),
             "event": event,
@@ -157,7 +162,7 @@ class Operations:
         """The step of an instance; the first part's is that of all."""
         if name in self._parts:
             return [(of.SOLVE, 0)] if name == self._parts[0] else []
-        return [(of.STEP2 if self._instances[name].fmu.version == 2 else of.STEP3, self._writer.numbers[name])]
+        return [(_STEPS[self._instances[name].fmu.version], self._writer.numbers[name])]
 
     def _in_turn(self) -> list[list[str]]:
         """Who steps together, one after the other: each instance by itself, but all parts together, where the first one is."""
@@ -202,13 +207,31 @@ class Operations:
     def _exchange(self, passing: Collection[str], final: bool = False, between: bool = True) -> list[Operation]:
         """Set inputs, causes before effects, where values pass through the instances `passing` without delay.
 
-        With `final` the others' inputs are only noted: no step follows, so that what they give may still be asked for. `between`
-        steps not all inputs are set, at other times they are.
+        With `final` the others' inputs are only noted, so that what they give may still be asked for. `between` steps not all
+        inputs are set, at other times they are.
         """
         operations: list[Operation] = [(of.TABLES_NOW, 0)] if self._has_tables() else []
         for name, all_inputs in self._ordered_inputs(passing):
             inputs = [variable for variable in all_inputs if not between or self._is_set_between(name, variable)]
             operations += self._exchange_of(name, self._clocks.unclocked(name, inputs), passing, final)
+        return operations
+
+    def _early(self, starting: Collection[str], reads: Mapping[str, list[Operation]]) -> list[Operation]:
+        """Set the inputs of FMI 1.0's slaves before they are initialized, by what is known then: signals, and others' outputs.
+
+        The others are in initialization mode.
+        """
+        operations = [operation for name in starting for operation in reads[name]]
+        operations += [(of.TABLES_NOW, 0)] if self._has_tables() else []
+        for name, all_inputs in self._ordered_inputs(starting):
+            sources = {variable: self._connections.get((name, variable), (name, "")) for variable in all_inputs}
+            known = [v for v, source in sources.items() if (name, v) in self._system.signals or source[0] in starting]
+            inputs = self._clocks.unclocked(name, known)
+            if name in starting:
+                operations += self._exchange_of(name, inputs, starting)
+            else:  # FMI 1.0 lets only what has a start value be set so early
+                inputs = [v for v in inputs if self._instances[name].fmu.variables[v].start is not None]
+                operations += self._writer.transfer("Set", name, inputs, self._source_place(name)) if inputs else []
         return operations
 
     def _exchange_of(self, name: str, inputs: list[str], passing: Collection[str], final: bool = False) -> list[Operation]:

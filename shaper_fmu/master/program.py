@@ -9,6 +9,7 @@ import numpy as np
 
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.clockwork import Clockwork
+from shaper_fmu.master.description1 import own_scaling
 from shaper_fmu.master.fmu import event_output
 from shaper_fmu.master.guards import causes_of_inputs
 from shaper_fmu.master.instance import Instance
@@ -175,9 +176,11 @@ class Program:
             before = order.index(self.connections[port][0]) < order.index(port[0])
             return self._algorithm == "gauss_seidel" and before
 
-        return lay_out(
-            self.linear_inputs, self.instances, places, lambda port: self.system.scalings.get(port, (1.0, 0.0))[0], known
-        )
+        def gain(port: Port) -> float:
+            sign, _ = own_scaling(self.instances[port[0]].fmu.variables[port[1]])
+            return sign * self.system.scalings.get(port, (1.0, 0.0))[0]
+
+        return lay_out(self.linear_inputs, self.instances, places, gain, known)
 
     def _layout(self, programs: dict[str, list[Operation]], recorded: Sequence[Port]) -> of.Layout:
         writer = self._writer
@@ -197,7 +200,7 @@ class Program:
         self.sources: list[list[int]] = writer.grouped
         for i, instance in enumerate(self.instances.values()):
             tolerance = instance.fmu.default_tolerance or 0.0
-            instances[i] = (*instance.entry_points(), tolerance, of.NO_EVENT)
+            instances[i] = (*instance.entry_points(), tolerance, of.NO_EVENT, instance.initialized)
         tables = [
             (self._places[("signal", *port)], signal) for port, signal in self.system.signals.items() if isinstance(signal, Table)
         ]

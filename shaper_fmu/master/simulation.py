@@ -90,15 +90,26 @@ class Simulation:
     @keeping
     def reset(self) -> None:
         """Bring all instances back to the state after instantiation. Raises SimulationError if they are closed or lost."""
-        for name, instance in self.instances.items():
+        for name, instance in list(self.instances.items()):
             if instance.fatal:
                 raise SimulationError(
                     f"{name}: {instance.fmu.name} failed beyond repair in an earlier run; make another Simulation"
                 )
             if not instance.usable:
                 raise SimulationError(f"{name}: the simulation is closed; make another one")
-            instance.reset()
+            try:
+                instance.reset()
+            except SimulationError:
+                if instance.fmu.version > 1 or instance.fatal:
+                    raise
+                self.replace(name)  # FMI 1.0's models have no reset, and many slaves refuse it
         self._fresh = True
+
+    def replace(self, name: str) -> None:
+        """Make an instance anew."""
+        self._programs.clear()  # they know the instance by its address
+        self.instances[name].close()
+        self.instances[name] = Instance(name, self.system.fmus[name], self.instances[name].event_mode)
 
     @keeping
     def instantiate(self, exact: bool) -> None:
@@ -259,11 +270,19 @@ class Simulation:
             values = {**self.system.start_values[name], **extra[name]}
             clocked = {key: value for key, value in values.items() if is_clocked(instance.fmu, key)}
             others = {key: value for key, value in values.items() if key not in clocked}
+            if not instance.fmu.follows_at_start:
+                instance.set_values(others, "initialization")
+                continue
             instance.enter_initialization(float(control.start), float(control.stop), others, solver_tolerance)
             instance.set_values(clocked, "initialization")
         program.reset()
         t = float(control.start)
         program.ask_functions(t)
+        if not loop().begin_early(program.address, control, t):
+            raise self._fault(program, control, "initialization")
+        for instance in self.instances.values():
+            if not instance.fmu.follows_at_start:
+                instance.enter_initialization(t, float(control.stop), {}, solver_tolerance)
         if not loop().initialize(program.address, control, t):
             raise self._fault(program, control, "initialization")
         self._scales = self._time_scales()
@@ -272,7 +291,7 @@ class Simulation:
         if program.clocks.ports and not loop().start_clocks(program.address, control):
             raise self._fault(program, control, "initialization")
         for instance in self.instances.values():
-            instance.call("exitInitializationMode", at="initialization")
+            instance.exit_initialization()
         in_event_mode = any(instance.event_mode for instance in self.instances.values())
         if not loop().begin(program.address, control, t, in_event_mode):
             raise self._fault(program, control, "initialization")

@@ -12,6 +12,7 @@ from fmpy.model_description import BaseUnit
 
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
 from shaper_fmu.master.clocks import check_clock_connection, clock_problems, clocked_loop_problems, is_clocked
+from shaper_fmu.master.description1 import NegatedAlias
 from shaper_fmu.master.fmu import Fmu, Interface, load_fmu
 from shaper_fmu.master.once import once_problems
 from shaper_fmu.master.signals import Interpolation, Signal, make_signal, typed_signal
@@ -64,6 +65,10 @@ class SystemStructure:
     def readable_after_set(self, name: str) -> bool:
         """Whether an instance's outputs may be read between the setting of its inputs and the step."""
         return self.readable.get(name, self.fmus[name].readable_after_set)
+
+    def follows_at_start(self, name: str) -> bool:
+        """Whether an instance's outputs may be read after its inputs were set at the start (see `Fmu.follows_at_start`)."""
+        return self.fmus[name].follows_at_start or self.readable_after_set(name)
 
     def add(
         self,
@@ -147,6 +152,8 @@ class SystemStructure:
             kinds = {self._kind(source_port), self._kind(target_port)}
             if not kinds <= {"integer", "enumeration"}:
                 self._check_types(source_port, target_port, (gain, offset) != (1.0, 0.0))
+            if mapping and isinstance(self.fmus[target_port[0]].variables[target_port[1]], NegatedAlias):
+                raise ModelError([f"{source} -> {target}: {target} is a negated alias, which takes no mapping of values"])
             if mapping and self._kind(target_port) == "real":
                 raise ModelError([f"{source} -> {target}: a mapping of values is not for real numbers"])
             if self._kind(target_port) == "enumeration":
@@ -216,6 +223,11 @@ class SystemStructure:
     def check(self) -> list[str]:
         """The problems of the system as a whole, as messages; empty if it can run."""
         problems = once_problems(self.fmus) if self.fmus else ["the system has no FMU"]
+        problems += [
+            f"{name}: {fmu.name} is a model of FMI 1.0; model exchange is run of FMI 2.0 and 3.0, and slaves of FMI 1.0"
+            for name, fmu in self.fmus.items()
+            if fmu.version == 1 and fmu.exchanges_model
+        ]
         problems += clock_problems(self.fmus, self.clock_connections, self.without_event_mode)
         problems += clocked_loop_problems(self.fmus, self.connections)
         for loop in self.signal_order()[1]:
@@ -228,7 +240,7 @@ class SystemStructure:
     def signal_order(self, passing: Collection[str] | None = None) -> tuple[list[Port], list[Loop]]:
         """Connected inputs in the order in which values propagate at initialization, and the algebraic loops.
 
-        With `passing`: where values pass without delay through these instances alone.
+        With `passing`: where values pass without delay through these instances alone; else through all that allow it at the start.
         """
 
         order, loops, _ = self._spread(passing)
@@ -240,7 +252,7 @@ class SystemStructure:
 
     def _spread(self, passing: Collection[str] | None) -> tuple[list[Port], list[Loop], set[Port]]:
         def inputs_of(port: Port) -> list[Port]:
-            if passing is not None and port[0] not in passing:
+            if not (port[0] in passing if passing is not None else self.follows_at_start(port[0])):
                 return []
             fixed = self.fmus[port[0]].variables[port[1]].causality in ("calculatedParameter", "constant")
             return [] if fixed else [(port[0], name) for name in self.fmus[port[0]].inputs_of(port[1])]
@@ -317,6 +329,12 @@ class SystemStructure:
         if port in self.connections or port in self.signals:
             other = ".".join(self.connections[port]) if port in self.connections else "a signal"
             raise ModelError([f"input {'.'.join(port)} is already driven by {other}"])
+        fmu = self.fmus[port[0]]
+        same = [other for other in [*self.connections, *self.signals] if fmu.version == 1 and other[0] == port[0]]
+        for _, other in same:
+            one, two = fmu.variables[port[1]], fmu.variables[other]
+            if (one.valueReference, kind_of(one)) == (two.valueReference, kind_of(two)):
+                raise ModelError([f"input {'.'.join(port)} is an alias of {other}, which is driven already"])
 
     def _conversion(self, source: Port, target: Port) -> tuple[float, float]:
         """Factor and offset from the source's unit to the target's. Raises ModelError for units of different kinds."""
@@ -327,7 +345,11 @@ class SystemStructure:
         definitions = fmu.unit_definition(unit), other.unit_definition(other_unit)
         bases = [d.baseUnit for d in definitions if d is not None and d.baseUnit is not None]
         if len(bases) < 2 or _exponents(bases[0]) != _exponents(bases[1]):
-            raise ModelError([f"{'.'.join(source)} is in {unit} but {'.'.join(target)} in {other_unit}; they cannot be connected"])
+            message = f"{'.'.join(source)} is in {unit} but {'.'.join(target)} in {other_unit}; they cannot be connected"
+            ends = [(fmu, unit, definitions[0]), (other, other_unit, definitions[1])]
+            open_ = [one for f, one, d in ends if f.version == 1 and (d is None or d.baseUnit is None)]
+            hint = f": FMI 1.0 does not tell what {open_[0]} is. If you know, use connect_raw with a gain" if open_ else ""
+            raise ModelError([message + hint])
         factor, other_factor = (float(base.factor) for base in bases)
         return factor / other_factor, (float(bases[0].offset) - float(bases[1].offset)) / other_factor
 

@@ -8,6 +8,8 @@ from typing import Any
 
 from shaper_fmu.errors import ModelError
 from shaper_fmu.master import layout as of
+from shaper_fmu.master.description1 import own_scaling
+from shaper_fmu.master.functions import standard_name
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.wiring import Port
 
@@ -17,6 +19,7 @@ _FMI2 = {
     "Enumeration": ("Integer", of.I4),
     "Boolean": ("Boolean", of.BOOLEAN2),
 }
+_FMI1 = {**_FMI2, "Boolean": ("Boolean", of.BOOLEAN3)}  # both are one byte
 _FMI3 = {
     "Float64": ("Float64", of.F8), "Float32": ("Float32", of.F4), "Int8": ("Int8", of.I1), "UInt8": ("UInt8", of.U1),
     "Int16": ("Int16", of.I2), "UInt16": ("UInt16", of.U2), "Int32": ("Int32", of.I4), "UInt32": ("UInt32", of.U4),
@@ -52,7 +55,7 @@ class TransferWriter:
         Without `calling` the values come as far as the transfer's memory (see `kept`), but not to the FMU.
         """
         instance = self.instances[name]
-        fmu, types = instance.fmu, _FMI3 if instance.fmu.version == 3 else _FMI2
+        fmu, types = instance.fmu, {1: _FMI1, 2: _FMI2, 3: _FMI3}[instance.fmu.version]
         groups: dict[tuple[str, int], list[str]] = {}
         for variable in variables:
             kind = str(fmu.variables[variable].type)
@@ -68,7 +71,7 @@ class TransferWriter:
         version = instance.fmu.version
         wholes = instance.fmu.whole_variables(chosen)
         elements = [element for _, group in wholes for element in group]
-        full_name = f"fmi{instance.fmu.version}{verb}{function}"
+        full_name = standard_name(f"fmi{instance.fmu.version}{verb}{function}")
         self.size = -(-self.size // 8) * 8
         counts = len(self.references), len(wholes), len(self.places), len(elements)
         address = instance.address(full_name) if calling else 0
@@ -80,12 +83,19 @@ class TransferWriter:
         self.references += [reference for reference, _ in wholes]
         self.grouped.append([place(element) for element in elements])
         self.places += self.grouped[-1]
-        self.scalings += [self.scaled.get((name, element), (1.0, 0.0)) for element in elements]
+        self.scalings += [self._scaling((name, element), verb == "Set") for element in elements]
         self.mappings += [self._mapping((name, element)) for element in elements]
         self.size += of.SIZES[kind] * len(elements)
-        straight = version == 2 and kind == of.F8 and calling
+        negated = verb == "Get" and any(scaling != (1.0, 0.0) for scaling in self.scalings[-len(elements) :])
+        straight = version < 3 and kind == of.F8 and calling and not negated
         code = (of.SET2 if straight else of.SET) if verb == "Set" else (of.GET2 if straight else of.GET)
         return code, len(self.transfers) - 1
+
+    def _scaling(self, port: Port, setting: bool) -> tuple[float, float]:
+        """What an element's value is multiplied by, and what is added to it, on its way between the bus and the FMU."""
+        sign, shift = own_scaling(self.instances[port[0]].fmu.variables[port[1]])
+        gain, offset = self.scaled.get(port, (1.0, 0.0)) if setting else (1.0, 0.0)
+        return (gain, offset) if sign == 1.0 else (sign * gain, sign * offset + shift)
 
     def _mapping(self, port: Port) -> tuple[Mapping[int, int], bool]:
         return (self.closed[port], True) if port in self.closed else (self.mapped.get(port, {}), False)
@@ -103,7 +113,7 @@ class TransferWriter:
                     self.labels.append((name, "", [element]))
                     self.grouped.append([where])
                     self.places.append(where)
-                    self.scalings.append((1.0, 0.0))
+                    self.scalings.append(self._scaling((name, element), False))
                     self.mappings.append(({}, False))
                     operations.append((of.KEEP, len(self.transfers) - 1))
         return operations

@@ -62,7 +62,7 @@ def run_study(
                 break
             _run_planned(opened, job, engine, progress)
         if not engine.reuses:
-            opened.remark("instances", "a reset of these FMUs leaves something behind: every run had fresh instances")
+            opened.remark("instances", "a reset of these FMUs fails, or leaves something behind: every run had fresh instances")
         return opened.counts()
 
 

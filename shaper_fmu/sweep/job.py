@@ -62,7 +62,7 @@ class Runner:
     """Does the runs of a job in this process, on instances that are reset between runs. Close it after use.
 
     Whether a reset leaves anything behind is tried with the first two runs that succeed: the first is done again after the
-    second, and has to give the same bits. If it does not, every run gets fresh instances (`reuses` is false).
+    second, and has to give the same bits. If it does not, or there is no reset, every run gets fresh instances (`reuses` is false).
 
     An FMU that forks and lets the child return has made a second process that would do, and tell, all the rest once more: it
     ends here, and only the one that was asked goes on.
@@ -77,6 +77,7 @@ class Runner:
         self._cases = {}
         self._seconds = 1.0
         batch = self._live()
+        self.reuses = batch.resets
         for name, values in job.cases.items():
             self._cases[name] = batch.values_of(values)
         self._case_rows = dict(zip(self._cases, batch.rows(list(self._cases.values())), strict=True))

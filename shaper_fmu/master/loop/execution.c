@@ -5,6 +5,13 @@
 #include "solver.h"
 #include "transfers.h"
 
+static int step1(const System *system, Control *control, int number, double t, double h) {
+    const Instance *const instance = &system->instances.at[number];
+    const int status = ((Fmi1DoStep *)instance->do_step)(instance->handle, t, h, 1);
+    keep_arithmetic();
+    return judge(control, status, -1 - number, CALLED_DoStep, t);
+}
+
 static inline int step2(const System *system, Control *control, int number, double t, double h) {
     const Instance *const instance = &system->instances.at[number];
     const int status = ((Fmi2DoStep *)instance->do_step)(instance->handle, t, h, !control->returning);
@@ -103,6 +110,10 @@ int execute(const System *system, Control *control, Operations program, double t
         case OP_GET2: going = get_reals(system, control, number, t + h); break;
         case OP_STEP2:
             going = step2(system, control, number, t, h);
+            stepped++;
+            break;
+        case OP_STEP1:
+            going = step1(system, control, number, t, h);
             stepped++;
             break;
         case OP_SET: going = set_values(system, control, number, control->exchange ? t + h : t); break;

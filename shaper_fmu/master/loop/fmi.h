@@ -1,4 +1,4 @@
-/* The functions of FMI 2.0 and 3.0 that the loop calls, by their types.
+/* The functions of FMI that the loop calls, by their types.
 
    FMI 3.0's boolean is C's bool, which must not hold other numbers than 0 and 1; some FMUs write others, so it is a byte here. */
 
@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 typedef uint8_t Fmi3Boolean;
+typedef char Fmi1Boolean;
 
 /* Where a call answers by booleans: those that take C's int for them write four bytes, and must not write over anything else. */
 typedef struct {
@@ -16,10 +17,10 @@ typedef struct {
     Fmi3Boolean spare[11];
 } Answers;
 
-/* fmi3EnterEventMode, fmi3EnterStepMode, fmi2Reset, fmi2EnterInitializationMode and the like */
+/* fmi3EnterEventMode, fmi3EnterStepMode, fmi2Reset, fmiResetSlave, fmi2EnterInitializationMode and the like */
 typedef int SimpleFunction(void *instance);
 
-/* fmi2GetReal, fmi2SetReal and the like; fmi3SetClock, fmi3GetClock, and fmi3GetShiftDecimal are called in the same way */
+/* fmi2GetReal, fmi2SetReal and the like, and those of FMI 1.0; fmi3SetClock, fmi3GetClock, and fmi3GetShiftDecimal are called in the same way */
 typedef int Fmi2Transfer(void *instance, const uint32_t *references, size_t count, void *values);
 
 /* fmi3GetFloat64 and the like */
@@ -30,6 +31,11 @@ typedef int Fmi2SetupExperiment(void *instance, int tolerance_defined, double to
 typedef int Fmi3EnterInitializationMode(void *instance, Fmi3Boolean tolerance_defined, double tolerance, double start,
                                         Fmi3Boolean stop_defined, double stop);
 
+typedef int Fmi1InitializeSlave(void *instance, double start, Fmi1Boolean stop_defined, double stop);
+
+typedef int Fmi1DoStep(void *instance, double t, double h, Fmi1Boolean new_step);
+
+/* and that of FMI 1.0 */
 typedef int Fmi2SetRealInputDerivatives(void *instance, const uint32_t *references, size_t count, const int32_t *orders,
                                         const double *values);
 

@@ -7,6 +7,10 @@
 #include "fmi.h"
 #include "solver.h"
 
+int loop_begin_early(const System *system, Control *control, double t) {
+    return execute(system, control, system->early_program, t, 0.0);
+}
+
 int loop_initialize(const System *system, Control *control, double t) {
     if (system->clocks.count && !execute(system, control, system->clock_program, t, 0.0)) return 0;
     return execute(system, control, system->read_program, t, 0.0) && execute(system, control, system->initial_program, t, 0.0);
@@ -35,6 +39,14 @@ static int set_up(const Instance *instance, Control *control, int number) {
     return judge(control, status, -1 - number, CALLED_SetupExperiment, control->start);
 }
 
+static int initialize_slave(Instance *instance, Control *control, int number) {
+    Fmi1InitializeSlave *const function = (Fmi1InitializeSlave *)instance->enter_initialization;
+    const int status = function(instance->handle, control->start, 1, control->stop);
+    keep_arithmetic();
+    instance->initialized = 1;
+    return judge(control, status, -1 - number, CALLED_EnterInitializationMode, control->start);
+}
+
 static int enter_initialization(const Instance *instance, Control *control, int number) {
     if (instance->version == 2)
         return call_simple(instance, instance->enter_initialization, control, number, CALLED_EnterInitializationMode);
@@ -42,6 +54,19 @@ static int enter_initialization(const Instance *instance, Control *control, int 
     const int status = function(instance->handle, instance->tolerance > 0.0, instance->tolerance, control->start, 1, control->stop);
     keep_arithmetic();
     return judge(control, status, -1 - number, CALLED_EnterInitializationMode, control->start);
+}
+
+/* FMI 1.0 resets no instance that has not been initialized. */
+static int reset(Instance *instance, Control *control, int number) {
+    if (instance->version == 1 && !instance->initialized) return 1;
+    instance->initialized = 0;
+    return call_simple(instance, instance->reset, control, number, CALLED_Reset);
+}
+
+/* FMI 1.0 has no initialization mode. */
+static int exit_initialization(const Instance *instance, Control *control, int number) {
+    return instance->version == 1 ||
+           call_simple(instance, instance->exit_initialization, control, number, CALLED_ExitInitializationMode);
 }
 
 /* Bring what the loop changes back to the state before a run. */
@@ -55,20 +80,23 @@ static void forget(const System *system) {
 }
 
 int loop_start_again(const System *system, Control *control, int in_event_mode) {
-    const Instance *const instances = system->instances.at;
+    Instance *const instances = system->instances.at;
     const int count = (int)system->instances.count;
     for (int i = 0; i < count; i++)
-        if (!call_simple(&instances[i], instances[i].reset, control, i, CALLED_Reset)) return 0;
+        if (!reset(&instances[i], control, i)) return 0;
     forget(system);
     for (int i = 0; i < count; i++)
         if (instances[i].version == 2 && !set_up(&instances[i], control, i)) return 0;
     if (!execute(system, control, system->start_program, control->start, 0.0)) return 0;
     for (int i = 0; i < count; i++)
-        if (!enter_initialization(&instances[i], control, i)) return 0;
+        if (instances[i].version != 1 && !enter_initialization(&instances[i], control, i)) return 0;
+    if (!loop_begin_early(system, control, control->start)) return 0;
+    for (int i = 0; i < count; i++)
+        if (instances[i].version == 1 && !initialize_slave(&instances[i], control, i)) return 0;
     if (!loop_initialize(system, control, control->start)) return 0;
     if (system->clocks.count && !loop_start_clocks(system, control)) return 0;
     for (int i = 0; i < count; i++)
-        if (!call_simple(&instances[i], instances[i].exit_initialization, control, i, CALLED_ExitInitializationMode)) return 0;
+        if (!exit_initialization(&instances[i], control, i)) return 0;
     return loop_begin(system, control, control->start, in_event_mode);
 }
 

@@ -99,7 +99,7 @@ static double mapped(const Element *element, double value) {
 
 static int call(const Transfer *transfer) {
     if (!transfer->function) return 0;
-    if (transfer->version == 2) return call2(transfer);
+    if (transfer->version < 3) return call2(transfer);
     Fmi3Transfer *const function = (Fmi3Transfer *)transfer->function;
     const int status =
         function(transfer->handle, transfer->references, transfer->reference_count, transfer->values, transfer->element_count);
@@ -123,7 +123,11 @@ int set_values(const System *system, Control *control, int number, double t) {
 void keep_values(const Transfer *transfer) {
     const size_t size = size_of(transfer->type);
     const char *const values = transfer->values;
-    for (size_t i = 0; i < transfer->element_count; i++) *transfer->elements[i].bus = taken(transfer->type, values + i * size);
+    for (size_t i = 0; i < transfer->element_count; i++) {
+        const Element *const element = &transfer->elements[i];
+        const double value = taken(transfer->type, values + i * size);
+        *element->bus = element->gain == 1.0 ? value : element->gain * value + element->shift; /* a negated alias of FMI 1.0 */
+    }
 }
 
 int call_again(const System *system, Control *control, int number, double t) {

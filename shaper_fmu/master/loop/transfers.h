@@ -29,7 +29,7 @@ static inline int call2(const Transfer *transfer) {
     return status;
 }
 
-/* Real inputs and outputs of FMI 2.0: the straight path of most transfers. */
+/* Real inputs and outputs of FMI 1.0 and 2.0: the straight path of most transfers. */
 static inline int set_reals(const System *system, Control *control, int number, double t) {
     const Transfer *const transfer = &system->transfers.at[number];
     double *const values = transfer->values;
