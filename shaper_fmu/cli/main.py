@@ -24,7 +24,7 @@ from shaper_fmu.cli.sweep import export_store, report_store, sweep
 from shaper_fmu.cli.tune import tune
 from shaper_fmu.console import err, out, show
 from shaper_fmu.errors import ModelError, ShaperFmuError, UsageError
-from shaper_fmu.master.algorithms import Algorithm
+from shaper_fmu.master.algorithms import Algorithm, Coupling, SolverMethod
 from shaper_fmu.page.blocks import Table
 from shaper_fmu.progress import progress
 from shaper_fmu.version import __version__
@@ -98,6 +98,17 @@ def run(
     stop_time: Annotated[float | None, typer.Option(help="Stop time [s]. Default: the system's.", parser=finite)] = None,
     step: Annotated[float | None, typer.Option(help="Communication step [s]. Default: the system's.", parser=positive)] = None,
     algorithm: Annotated[Algorithm | None, typer.Option(help="Master algorithm. Default: the system's, or jacobi.")] = None,
+    solver: Annotated[
+        SolverMethod, typer.Option(help="Formulas that solve FMUs of model exchange: bdf for stiff ones, or adams.")
+    ] = "bdf",
+    coupling: Annotated[
+        Coupling,
+        typer.Option(help="How FMUs of model exchange act on each other: as one system of equations, or at communication steps."),
+    ] = "monolithic",
+    solver_tolerance: Annotated[
+        float | None,
+        typer.Option(help="Relative tolerance of solvers, the master's and those in FMUs. Default: the FMUs'.", parser=positive),
+    ] = None,
     grid: Annotated[bool, typer.Option("--grid", help="End steps only at communication points, not at events.")] = False,
     everywhere: Annotated[bool, typer.Option("--events", help="Record results at events, too, on both sides of jumps.")] = False,
     output: Annotated[
@@ -146,6 +157,9 @@ def run(
             algorithm=algorithm or "jacobi",
             exact=False if grid else None,
             everywhere=everywhere,
+            solver=solver,
+            coupling=coupling,
+            solver_tolerance=solver_tolerance,
             progress=lambda t: update(t, stop_time),
         )
     taken = time.perf_counter() - begin

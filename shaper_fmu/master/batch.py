@@ -13,7 +13,7 @@ import numpy as np
 
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master import layout as of
-from shaper_fmu.master.algorithms import Algorithm
+from shaper_fmu.master.algorithms import Algorithm, Coupling, SolverMethod
 from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.faults import fault_error
 from shaper_fmu.master.instance import Instance
@@ -21,7 +21,7 @@ from shaper_fmu.master.loop_library import loop
 from shaper_fmu.master.process_state import Share, keeping, put_back
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.signals import Interpolation
-from shaper_fmu.master.simulation import Simulation, ends_whole, number_of_steps, set_exact
+from shaper_fmu.master.simulation import Simulation, checked_solving, ends_whole, number_of_steps, set_exact
 from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.wiring import Port
 from shaper_fmu.metrics.metric import GATHERED, Metric
@@ -47,6 +47,9 @@ class Plan:
     exact: bool | None = None
     stop_when: str | None = None
     stop_hold: float = 0.0
+    solver: SolverMethod = "bdf"
+    coupling: Coupling = "monolithic"
+    solver_tolerance: float | None = None
 
 
 class Batch:
@@ -91,6 +94,7 @@ class Batch:
         self._program = Program(
             system, self.instances, system.ports([plan.stop_when] if plan.stop_when else []), plan.algorithm,
             treatment.connections, self._metrics, treatment.exact, plan.interpolation == "linear", list(self._ports),
+            checked_solving(plan.solver, plan.coupling, plan.solver_tolerance),
         )  # fmt: skip
         program = self._program
         if program.loops or program.signals or program.has_unfed_elements():
@@ -102,6 +106,8 @@ class Batch:
         ):
             raise ModelError(["FMUs whose libraries lack the function to reset them need Simulation.run"])
         program.reset()
+        if plan.solver_tolerance is not None:
+            program.layout.instances["tolerance"] = plan.solver_tolerance
         self._places = np.array(program.start_places(), np.int64)
         self._base = np.array([float(value) for value in self._ports.values()])
         self.columns: dict[str, int] = {".".join(port): column for column, port in enumerate(self._ports)}

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from shaper_fmu.errors import ModelError
 from shaper_fmu.master import layout as of
-from shaper_fmu.master.cvode import Cvode, Method
+from shaper_fmu.master.algorithms import Coupling, SolverMethod
+from shaper_fmu.master.cvode import Cvode
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.variables import kind_of
 from shaper_fmu.xml_files import parse_xml
-
-Coupling = Literal["monolithic", "steps"]
-"""How FMUs of model exchange act on each other: in every evaluation of the solver, or at communication points, like all others."""
 
 TOLERANCE = 1e-6
 """Relative tolerance of the solver where neither the user nor an FMU's default experiment gives one."""
@@ -31,7 +29,7 @@ class Solving(NamedTuple):
         tolerance: relative; absolute times the states' nominal values. None for the FMUs' default.
     """
 
-    method: Method = "bdf"
+    method: SolverMethod = "bdf"
     coupling: Coupling = "monolithic"
     tolerance: float | None = None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from shaper_fmu.master.algorithms import Algorithm
+from shaper_fmu.master.algorithms import Algorithm, Coupling
 from shaper_fmu.master.clocks import is_clocked
 from shaper_fmu.master.events import Treatment
 from shaper_fmu.master.fmu import event_output
@@ -17,16 +17,22 @@ _LONGEST = 200
 
 
 def coupling_notes(
-    system: SystemStructure, treatment: Treatment, algorithm: Algorithm, recorded: Collection[Port] = ()
+    system: SystemStructure,
+    treatment: Treatment,
+    algorithm: Algorithm,
+    recorded: Collection[Port] = (),
+    coupling: Coupling = "monolithic",
 ) -> tuple[str, ...]:
     """The notes of a run with this treatment of events and algorithm, where these variables are recorded."""
     late = _late_notes(system, treatment, recorded) if algorithm == "jacobi" else []
-    return (*treatment.notes, *_loop_notes(system), *late)
+    return (*treatment.notes, *_loop_notes(system, coupling), *late)
 
 
-def _loop_notes(system: SystemStructure) -> list[str]:
+def _loop_notes(system: SystemStructure, coupling: Coupling) -> list[str]:
     notes = []
     for loop in system.signal_order()[1]:
+        if coupling == "monolithic" and all(system.fmus[name].exchanges_model for name, _ in loop):
+            continue  # closed in every evaluation
         late = next((port for port in _sources(system, loop) if not system.readable_after_set(port[0])), None)
         behind = f"{'.'.join(late)} is a step late" if late else f"{'.'.join(loop[0])} is an exchange behind"
         notes.append(f"{loop_text(loop)}: solved at the start, later {behind}")

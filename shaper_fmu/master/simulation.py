@@ -18,16 +18,15 @@ import numpy as np
 
 from shaper_fmu.errors import ModelError, SimulationError, nearest
 from shaper_fmu.master import layout as of
-from shaper_fmu.master.algorithms import ALGORITHMS, Algorithm
+from shaper_fmu.master.algorithms import ALGORITHMS, Algorithm, Coupling, SolverMethod
 from shaper_fmu.master.clocks import has_clocks, is_clocked
-from shaper_fmu.master.cvode import Method
 from shaper_fmu.master.events import Treatment, treat_events
 from shaper_fmu.master.faults import fault_error, warning_notes
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.loop_library import loop
 from shaper_fmu.master.loops import solve_loops
 from shaper_fmu.master.metrics import check_metrics, metric_values
-from shaper_fmu.master.model_exchange import Coupling, Solving
+from shaper_fmu.master.model_exchange import Solving
 from shaper_fmu.master.notes import coupling_notes, system_notes
 from shaper_fmu.master.process_state import Kept, Share, keeping, process_notes, put_back
 from shaper_fmu.master.program import Program
@@ -138,7 +137,7 @@ class Simulation:
         interpolation: Interpolation = "hold",
         tolerance: float | None = None,
         solver_tolerance: float | None = None,
-        solver: Method = "bdf",
+        solver: SolverMethod = "bdf",
         coupling: Coupling = "monolithic",
         progress: Progress | None = None,
     ) -> Results:
@@ -181,7 +180,11 @@ class Simulation:
         self._initialize(program, control, start_values or {}, solver_tolerance)
         controller = self._controller(program, control, tolerance) if tolerance is not None else None
         linear_notes = (_linear_note(program.linear_inputs),) if interpolation == "linear" else ()
-        notes = (*system_notes(self.system), *coupling_notes(self.system, treatment, algorithm, self._recorded), *linear_notes)
+        notes = (
+            *system_notes(self.system),
+            *coupling_notes(self.system, treatment, algorithm, self._recorded, coupling),
+            *linear_notes,
+        )
         notes += step_notes(self.system, treatment, step, [self._scales])
         return self._stepped(program, control, progress, notes, controller)
 
@@ -333,11 +336,13 @@ class Simulation:
         )
 
 
-def checked_solving(solver: Method, coupling: Coupling, tolerance: float | None) -> Solving:
+def checked_solving(solver: SolverMethod, coupling: Coupling, tolerance: float | None) -> Solving:
     """How FMUs of model exchange are solved. Raises ModelError for what does not exist."""
-    for what, given, known in (("solver", solver, get_args(Method)), ("coupling", coupling, get_args(Coupling))):
+    for what, given, known in (("solver", solver, get_args(SolverMethod)), ("coupling", coupling, get_args(Coupling))):
         if given not in known:
             raise ModelError([f"there is no {what} {given!r}.{nearest(given, known)}"])
+    if tolerance is not None and not 0.0 < tolerance < 1.0:
+        raise ModelError([f"solver_tolerance = {tolerance} must lie between 0 and 1"])
     return Solving(solver, coupling, tolerance)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import PurePosixPath
 
 from shaper_fmu.errors import ShaperFmuError, nearest
-from shaper_fmu.master.fmu import Fmu, fmu_from_bytes
+from shaper_fmu.master.fmu import Fmu, Interface, fmu_from_bytes
 from shaper_fmu.ssp.document import Component, Connector, DictionaryReference, Element, SystemDescription
 from shaper_fmu.ssp.files import Files
 from shaper_fmu.ssp.findings import Weight
@@ -42,6 +42,10 @@ def _check_connectors(structure: Structure, place: Place) -> None:
                 _check_against_fmu(place.scope, place.scope.label(place.path, connector.name), connector, fmu)
 
 
+_INTERFACES: dict[str, Interface | None] = {"any": None, "CoSimulation": "co_simulation", "ModelExchange": "model_exchange"}
+"""What components ask for by `implementation`."""
+
+
 def _check_declared(scope: Scope, path: str, element: Element) -> None:
     seen: dict[str, int] = {}
     for connector in element.connectors:
@@ -72,10 +76,11 @@ def _component_fmu(files: Files, scope: Scope, component: Component) -> Fmu | No
     path = files.find(component.source, scope.file, lambda message: report(f": {message}"))
     if path is None:
         return None
-    if component.implementation not in ("any", "CoSimulation"):
-        report(f" asks for {component.implementation}; FMUs are run only by co-simulation")
+    if component.implementation not in _INTERFACES:
+        report(f" asks for {component.implementation}; FMUs are run by CoSimulation and ModelExchange")
+        return None
     try:
-        return fmu_from_bytes(PurePosixPath(path).name, files.content[path])
+        return fmu_from_bytes(PurePosixPath(path).name, files.content[path]).with_interface(_INTERFACES[component.implementation])
     except ShaperFmuError as error:
         for problem in getattr(error, "problems", None) or [" ".join(str(error).split())]:
             report(f": {problem}")

@@ -154,6 +154,8 @@ def _component(
 ) -> Component:
     fmu = system.fmus[name]
     component = Component(name, _connectors(fmu, units, enumerations), source=source)
+    if fmu.exchanges_model:
+        component.implementation = "ModelExchange"
     own: dict[str, Unit] = {}
     values = {scalar: value for scalar, value in system.start_values[name].items() if not _is_own_item(fmu, scalar, value)}
     parameters = _parameters(fmu, {**fmu.structure, **values}, own, "")

@@ -82,7 +82,7 @@ def _within_limit(points: list[Point], opened: Store) -> list[Point]:
 def _notes_of(study: Study, loaded: SspSystem, job: Job) -> tuple[str, ...]:
     """Notes on all runs, as `Simulation.run` gives them in its results."""
     treatment = treat_events(job.system, job.plan.exact)
-    coupling = coupling_notes(job.system, treatment, job.plan.algorithm)
+    coupling = coupling_notes(job.system, treatment, job.plan.algorithm, (), job.plan.coupling)
     return (*loaded.notes, *system_notes(job.system), *coupling, *sweep_step_notes(study, job.system))
 
 
@@ -206,6 +206,9 @@ def simulate_run(simulation: Simulation, study: Study, run: Run, start_time: flo
             interpolation=study.interpolation,
             start_values=values,
             start_time=start_time,
+            solver=study.solver,
+            coupling=study.coupling,
+            solver_tolerance=study.solver_tolerance,
         )
     except ModelError as error:
         raise StudyError(f"run {run.id}: {error}") from None

@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 
 from shaper_fmu.errors import ModelError, StudyError, nearest
-from shaper_fmu.master.algorithms import Algorithm
+from shaper_fmu.master.algorithms import Algorithm, Coupling, SolverMethod
 from shaper_fmu.master.batch import Plan
 from shaper_fmu.master.metrics import check_metrics, metric_variables
 from shaper_fmu.master.signals import Interpolation
@@ -52,6 +52,7 @@ class Study(msgspec.Struct, forbid_unknown_fields=True, dict=True):
         compare: cases by name: the start values in which they differ.
         reference: the case that the others are related to, in percent.
         stop_when: a variable that ends a run once it has been true for `stop_hold` [s]; at the latest it ends at `stop_time` [s].
+        solver, coupling, solver_tolerance: of FMUs of model exchange (see `Simulation.run`).
         time_limit: wall time after which a run counts as hanging [s]; none if it is left out. It needs worker processes.
     """
 
@@ -70,6 +71,9 @@ class Study(msgspec.Struct, forbid_unknown_fields=True, dict=True):
     stop_hold: float = 0.0
     time_limit: float | None = None
     refine: Refine | None = None
+    solver: SolverMethod = "bdf"
+    coupling: Coupling = "monolithic"
+    solver_tolerance: float | None = None
     folder: str = ""
 
     @property
@@ -97,6 +101,7 @@ class Study(msgspec.Struct, forbid_unknown_fields=True, dict=True):
         return Plan(
             self.stop_time, self.step, start_time, self.algorithm, self.interpolation,
             stop_when=self.stop_when, stop_hold=self.stop_hold,
+            solver=self.solver, coupling=self.coupling, solver_tolerance=self.solver_tolerance,
         )  # fmt: skip
 
     def recorded(self) -> list[str]:
