@@ -24,14 +24,15 @@ def check(
     """
     found = False
     for file in files:
-        for problem in _problems(file, portable):
+        for problem in file_problems(file, portable):
             found = True
             out.print(f"{file}: {problem}")
     if found:
         raise typer.Exit(1)
 
 
-def _problems(file: Path, portable: bool) -> list[str]:
+def file_problems(file: Path, portable: bool = False) -> list[str]:
+    """What the command prints of a file."""
     from shaper_fmu.errors import ModelError, ShaperFmuError
     from shaper_fmu.master.fmu import fmu_problems
     from shaper_fmu.ssp.check import ssp_findings

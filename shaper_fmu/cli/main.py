@@ -16,6 +16,7 @@ from shaper_fmu.cli.build import build
 from shaper_fmu.cli.check import check
 from shaper_fmu.cli.design import design
 from shaper_fmu.cli.ends import Commands, sigterm_heard
+from shaper_fmu.cli.info import info
 from shaper_fmu.cli.new import app as new
 from shaper_fmu.cli.paths import begin as paths_begin
 from shaper_fmu.cli.paths import wrote
@@ -72,6 +73,7 @@ def list_components(
 
 app.command("build")(build)
 app.command("check")(check)
+app.command("info")(info)
 app.command("design")(design)
 app.command("reproduce")(reproduce)
 app.command("tune")(tune)

@@ -67,6 +67,19 @@ def read_description(content: bytes, name: str) -> tuple[ModelDescription, list[
     return description, list(dict.fromkeys(findings))
 
 
+def declared_interfaces(content: bytes, name: str) -> dict[str, dict[str, str]]:
+    """What modelDescription.xml declares of each kind, in small letters: attribute -> text, as in the file. Raises ArchiveError.
+
+    fmpy leaves out FMI 1.0's capabilities of co-simulation, and some of FMI 3.0.
+    """
+    root = _parsed(content, f"{name}: {_FILE}", [])
+    kinds = ("CoSimulation", "ModelExchange", "ScheduledExecution")
+    found = {kind.lower(): dict(one.attrib) for kind in kinds for one in root.findall(kind)}
+    for one in root.findall("Implementation/*/Capabilities"):
+        found["cosimulation"] = dict(one.attrib)
+    return {kind: {str(key): str(text) for key, text in declared.items()} for kind, declared in found.items()}
+
+
 def _parsed(content: bytes, where: str, findings: list[str]) -> etree._Element:
     """The root element. White space before the beginning, and a wrong declared encoding, are tolerated."""
     begin = content.lstrip(b" \t\r\n")

@@ -320,16 +320,21 @@ def fmu_from_bytes(name: str, content: bytes) -> Fmu:
 
 def fmu_problems(path: Path) -> list[str]:
     """The problems of an FMU of any FMI version. Raises ArchiveError if it cannot be read at all, or must not be run."""
-    content = read_file(path)
-    files = read_archive(content, path.name)
-    text = _description_of(path.name, files.get(_DESCRIPTION))
-    description, findings = read_description(text, path.name)
-    findings += fmu_clock_problems(description, text, path.name)
-    binaries = ((name, binary) for name, binary in files.items() if name.startswith("binaries/"))
-    return [*archive_findings(content, path.name), *findings, *library_problems(binaries)]
+    return examined(path.name, read_file(path))[1]
 
 
-def _description_of(name: str, content: bytes | None) -> bytes:
+def examined(name: str, content: bytes) -> tuple[ModelDescription, list[str]]:
+    """The description of an FMU of any FMI version with this file name, and its problems. Raises as `fmu_problems`."""
+    files = read_archive(content, name)
+    text = description_of(name, files.get(_DESCRIPTION))
+    description, findings = read_description(text, name)
+    findings += fmu_clock_problems(description, text, name)
+    binaries = ((file, binary) for file, binary in files.items() if file.startswith("binaries/"))
+    return description, [*archive_findings(content, name), *findings, *library_problems(binaries)]
+
+
+def description_of(name: str, content: bytes | None) -> bytes:
+    """The content of an FMU's modelDescription.xml. Raises ArchiveError if there is none."""
     if content is None:
         raise ArchiveError(f"{name}: no {_DESCRIPTION}, so this is not an FMU")
     return content
@@ -337,7 +342,7 @@ def _description_of(name: str, content: bytes | None) -> bytes:
 
 def _coupled_description(name: str, folder: Path) -> tuple[ModelDescription, list[str]]:
     file = folder / _DESCRIPTION
-    description, findings = read_description(_description_of(name, file.read_bytes() if file.is_file() else None), name)
+    description, findings = read_description(description_of(name, file.read_bytes() if file.is_file() else None), name)
     if description.coSimulation is None and description.modelExchange is None:
         kind = " for Scheduled Execution only" if getattr(description, "scheduledExecution", None) is not None else ""
         raise ModelError([f"{name}: an FMI {description.fmiVersion} FMU{kind}; co-simulation and model exchange can be coupled"])

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
 from shaper_fmu.archives import read_archive, read_file, write_archive
+from shaper_fmu.component import Component as OwnComponent
 from shaper_fmu.errors import ArchiveError, BuildError, ModelError, NotInArchiveError, nearest
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.ssp.document import Component, SystemDescription
@@ -30,7 +31,7 @@ def load_ssp(path: Path | str, variant: str | None = None) -> SspSystem:
     path = Path(path)
     content = read_file(path)
     archive = read_archive(content, path.name)
-    name = _file_of(archive, variant)
+    name = description_name(archive, variant)
     files, found = resolve(archive, name)
     problems = files.findings.texts(Weight.LOAD)
     if name in files.unreadable:
@@ -72,12 +73,12 @@ def read_variant(files: Mapping[str, bytes], variant: str | None = None) -> Syst
 
     Raises ArchiveError if there is none.
     """
-    name = _file_of(files, variant)
+    name = description_name(files, variant)
     return read_description(files[name], name)
 
 
-def _file_of(files: Mapping[str, bytes], variant: str | None) -> str:
-    """The file name of a variant; the default one if it is None."""
+def description_name(files: Mapping[str, bytes], variant: str | None) -> str:
+    """The file name of a variant of an archive with these files; the default one if it is None. Raises ArchiveError."""
     if DESCRIPTION not in files:
         raise ArchiveError(f"no {DESCRIPTION}, so this is not an SSP archive")
     if variant is None:
@@ -104,13 +105,34 @@ def pack_ssp(folder: Path | str, fmus: Path | str, target: Path | str | None = N
     file is written or changed.
     """
     folder, fmus = Path(folder), Path(fmus)
+    files = folder_files(folder)
+    own = own_fmus(folder)
+    for source, component in lacking_fmus(folder, files).items():
+        origin = fmu_origin(source, fmus, own)
+        if origin is None:
+            raise BuildError(
+                f"{folder}: component {component!r} needs {_in(fmus, source)}, which is not there; run 'shaper-fmu build' first"
+            )
+        files[source] = (origin if isinstance(origin, Path) else fmu_path(origin, platforms=platforms)).read_bytes()
+    return write_archive(Path(target) if target else archive_of(folder), files)
+
+
+def folder_files(folder: Path) -> dict[str, bytes]:
+    """The files of a folder that go into its archive, without the FMUs that it lacks. Raises ArchiveError."""
     if not (folder / DESCRIPTION).is_file():
         raise ArchiveError(f"{folder}: no {DESCRIPTION} in this folder")
     inner = [p for name in ("resources", SETS) for p in sorted((folder / name).rglob("*")) if p.is_file()]
-    files = {p.relative_to(folder).as_posix(): p.read_bytes() for p in [*sorted(folder.glob("*.ssd")), *inner]}
-    own = own_fmus(folder)
+    return {p.relative_to(folder).as_posix(): read_file(p) for p in [*sorted(folder.glob("*.ssd")), *inner]}
+
+
+def lacking_fmus(folder: Path, files: Mapping[str, bytes]) -> dict[str, str]:
+    """The FMUs that the systems of a folder with these files name and lack: name in the archive -> path of the first component.
+
+    Raises BuildError for a source that leads out of the archive, ArchiveError or ModelError for a description that cannot be read.
+    """
+    found: dict[str, str] = {}
+    inside = Files(files, Findings())
     for variant in variants(files):
-        inside = Files(files, Findings())
         for place in elements_of(read_description(files[variant], variant), inside).places.values():
             component = place.element
             if not isinstance(component, Component) or component.type != FMU_TYPE or component.source is None:
@@ -119,17 +141,20 @@ def pack_ssp(folder: Path | str, fmus: Path | str, target: Path | str | None = N
                 source = path_of(component.source, place.scope.file)
             except ArchiveError as error:
                 raise BuildError(f"{folder}: component {place.path!r}: {error}") from None
-            if source in inside.content:
-                continue
-            fmu = fmus / PurePosixPath(source).name
-            if fmu.name in own:
-                fmu = fmu_path(own[fmu.name], platforms=platforms)
-            if not fmu.is_file():
-                raise BuildError(
-                    f"{folder}: component {place.path!r} needs {fmu}, which is not there; run 'shaper-fmu build' first"
-                )
-            files[source] = fmu.read_bytes()
-    return write_archive(Path(target) if target else archive_of(folder), files)
+            if source not in inside.content:
+                found.setdefault(source, place.path)
+    return found
+
+
+def fmu_origin(source: str, fmus: Path, own: Mapping[str, type[OwnComponent]]) -> Path | type[OwnComponent] | None:
+    """The origin of an FMU that a folder lacks: a component that is built, or a file of `fmus`; None if neither is there."""
+    made = own.get(PurePosixPath(source).name)
+    file = _in(fmus, source)
+    return made if made is not None else file if file.is_file() else None
+
+
+def _in(fmus: Path, source: str) -> Path:
+    return fmus / PurePosixPath(source).name
 
 
 def archive_of(folder: Path | str) -> Path:

@@ -64,7 +64,7 @@ def file_findings(files: Mapping[str, bytes]) -> list[Finding]:
     reported, seen = Findings(), set()
     for name in [*variants(files), *descriptions]:
         if name not in seen:
-            own = _check_description(files, name)
+            own = check_description(files, name)
             seen |= own.seen.keys()
             reported.add(own.findings, Weight.LOAD if "/" not in name else Weight.DEVIATION)
     rest = Files(files, Findings())
@@ -77,8 +77,8 @@ def file_findings(files: Mapping[str, bytes]) -> list[Finding]:
     return sorted(reported, key=lambda one: (order.get(one.file, len(order)), one.line))
 
 
-def _check_description(files: Mapping[str, bytes], name: str) -> Files:
-    """The findings of a description and everything that it refers to."""
+def check_description(files: Mapping[str, bytes], name: str) -> Files:
+    """The findings of a description and everything that it refers to, in an archive with these files."""
     own, found = resolve(files, name)
     if found is not None:
         _check_experiment(found.structure, name, own.findings)

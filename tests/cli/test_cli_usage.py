@@ -51,6 +51,8 @@ def workshop(fmus, tmp_path_factory) -> Path:
 READ = {  # what each command reads: the arguments with the file's place, and the ending it has
     "check": (["check", "{}"], ".fmu"),
     "check second": (["check", "plant.fmu", "{}"], ".ssp"),
+    "info": (["info", "{}"], ".fmu"),
+    "info of a system": (["info", "{}"], ".ssp"),
     "run": (["run", "{}"], ".ssp"),
     "tune": (["tune", "{}", "--input", "force"], ".fmu"),
     "tune a system": (["tune", "{}", "--input", "force"], ".ssp"),
