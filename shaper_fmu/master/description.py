@@ -77,6 +77,8 @@ def declared_interfaces(content: bytes, name: str) -> dict[str, dict[str, str]]:
     found = {kind.lower(): dict(one.attrib) for kind in kinds for one in root.findall(kind)}
     for one in root.findall("Implementation/*/Capabilities"):
         found["cosimulation"] = dict(one.attrib)
+    if root.find("Implementation/CoSimulation_Tool") is not None:  # which FMI 2.0 calls so
+        found.setdefault("cosimulation", {})["needsExecutionTool"] = "true"
     return {kind: {str(key): str(text) for key, text in declared.items()} for kind, declared in found.items()}
 
 

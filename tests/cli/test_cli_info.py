@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bare_fmus import CO, ME, SCHEDULED, bare_fmu, fmi_1, fmi_2, fmi_3, large
+from bare_fmus import CO, ME, ONE, SCHEDULED, STANDALONE, bare_fmu, fmi_1, fmi_2, fmi_3, large
 from command_line import MAIN, typed
 
 from shaper_fmu import ShaperFmuError, System
@@ -102,6 +102,12 @@ def test_fmi_1(co_simulation, tmp_path):
     text = shown("tank.fmu", cwd=tmp_path)
     assert re.search(rf"^FMI +1\.0, {kind} only$", text, re.MULTILINE)
     assert re.search(r"│ valve +│ Enumeration │ +│ shut", text)
+
+
+def test_fmi_1_of_a_tool(tmp_path):
+    """An FMU of FMI 1.0 that starts its tool: FMI 2.0 calls that needsExecutionTool."""
+    bare_fmu(tmp_path / "tank.fmu", ONE.replace("{more}", STANDALONE.replace("StandAlone", "Tool")))
+    assert facts("tank.fmu", cwd=tmp_path)["interfaces"][0]["capabilities"]["needsExecutionTool"] is True
 
 
 KINDS = {
