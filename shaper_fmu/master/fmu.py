@@ -152,9 +152,14 @@ class Fmu:
         return self.exchanges_model or (self.version == 3 and bool(getattr(self.capabilities, "hasEventMode", False)))
 
     @property
+    def has_initialization_mode(self) -> bool:
+        """Whether there is a mode in which inputs are found out; FMI 1.0 has to know them before it initializes an instance."""
+        return self.version > 1
+
+    @property
     def follows_at_start(self) -> bool:
-        """Whether outputs may be asked for after inputs were set at the start: a slave of FMI 1.0 has no initialization mode."""
-        return self.version > 1 or self.exchanges_model
+        """Whether outputs may be asked for after inputs were set at the start; of a slave of FMI 1.0 only after a step."""
+        return self.has_initialization_mode or self.exchanges_model
 
     @property
     def takes_any_step(self) -> bool:

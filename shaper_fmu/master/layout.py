@@ -441,7 +441,7 @@ class Layout(NamedTuple):
     coupled_event_program: Annotated[np.ndarray, OPERATION]  # the same at events
     cut_places: Annotated[np.ndarray, "int32_t"]  # of the sources of cut inputs in loops between them
     loop_memory: Annotated[np.ndarray, "double"]  # three vectors, a matrix, and whether it is known
-    early_program: Annotated[np.ndarray, OPERATION]  # sets inputs of FMI 1.0's slaves before they are initialized
+    early_program: Annotated[np.ndarray, OPERATION]  # sets inputs of FMI 1.0's instances before they are initialized
 
 
 ELEMENTS: dict[str, np.dtype | str] = {

@@ -87,7 +87,7 @@ class Operations:
             "jump": jump,
             "exchange": exchange,
             "read": [operation for operations in reads.values() for operation in operations],
-            "early": self._early(starting, reads) if len(starting) < len(names) else [],
+            "early": self._early(reads),
             "initial": initial,
             "final": exchange if self._readable >= set(names) else self._exchange(self._readable, final=True),
             "event": event,
@@ -216,22 +216,24 @@ class Operations:
             operations += self._exchange_of(name, self._clocks.unclocked(name, inputs), passing, final)
         return operations
 
-    def _early(self, starting: Collection[str], reads: Mapping[str, list[Operation]]) -> list[Operation]:
-        """Set the inputs of FMI 1.0's slaves before they are initialized, by what is known then: signals, and others' outputs.
+    def _early(self, reads: Mapping[str, list[Operation]]) -> list[Operation]:
+        """Set the inputs of FMI 1.0's instances before they are initialized, by what is known then: signals, and what others give.
 
         The others are in initialization mode.
         """
-        operations = [operation for name in starting for operation in reads[name]]
+        others = [name for name in self._instances if self._instances[name].fmu.has_initialization_mode]
+        if len(others) == len(self._instances):
+            return []
+        operations = [operation for name in others for operation in reads[name]]
         operations += [(of.TABLES_NOW, 0)] if self._has_tables() else []
-        for name, all_inputs in self._ordered_inputs(starting):
-            sources = {variable: self._connections.get((name, variable), (name, "")) for variable in all_inputs}
-            known = [v for v, source in sources.items() if (name, v) in self._system.signals or source[0] in starting]
-            inputs = self._clocks.unclocked(name, known)
-            if name in starting:
-                operations += self._exchange_of(name, inputs, starting)
-            else:  # FMI 1.0 lets only what has a start value be set so early
-                inputs = [v for v in inputs if self._instances[name].fmu.variables[v].start is not None]
-                operations += self._writer.transfer("Set", name, inputs, self._source_place(name)) if inputs else []
+        for name, inputs in self._ordered_inputs(others):
+            ports = [(name, variable) for variable in inputs]
+            known = [p[1] for p in ports if p in self._system.signals or self._connections[p][0] in others]
+            if name in others:
+                operations += self._exchange_of(name, self._clocks.unclocked(name, known), others)
+                continue
+            settable = [v for v in known if self._instances[name].fmu.variables[v].start is not None]  # by the standard
+            operations += self._writer.transfer("Set", name, settable, self._source_place(name)) if settable else []
         return operations
 
     def _exchange_of(self, name: str, inputs: list[str], passing: Collection[str], final: bool = False) -> list[Operation]:

@@ -273,7 +273,7 @@ class Simulation:
             values = {**self.system.start_values[name], **extra[name]}
             clocked = {key: value for key, value in values.items() if is_clocked(instance.fmu, key)}
             others = {key: value for key, value in values.items() if key not in clocked}
-            if not instance.fmu.follows_at_start:
+            if not instance.fmu.has_initialization_mode:
                 instance.set_values(others, "initialization")
                 continue
             instance.enter_initialization(float(control.start), float(control.stop), others, solver_tolerance)
@@ -284,7 +284,7 @@ class Simulation:
         if not loop().begin_early(program.address, control, t):
             raise self._fault(program, control, "initialization")
         for instance in self.instances.values():
-            if not instance.fmu.follows_at_start:
+            if not instance.fmu.has_initialization_mode:
                 instance.enter_initialization(t, float(control.stop), {}, solver_tolerance)
         if not loop().initialize(program.address, control, t):
             raise self._fault(program, control, "initialization")

@@ -23,7 +23,7 @@
 #define LOOP_API
 #endif
 
-/* In initialization mode: set the inputs of FMI 1.0's slaves, which have no such mode, before they are initialized. */
+/* In initialization mode: set the inputs of FMI 1.0's instances, which have no such mode, before they are initialized. */
 LOOP_API int loop_begin_early(const System *system, Control *control, double t);
 
 /* In initialization mode: read all outputs and spread them over the connections. */
