@@ -68,6 +68,11 @@ class Reader:
             return default
         return value
 
+    def number_or(self, node: etree._Element, key: str, default: float) -> float:
+        """An optional finite number; -0.0 is one, too."""
+        value = self.number(node, key, default)
+        return default if value is None else value
+
     def integer(self, node: etree._Element, key: str, default: int | None = None) -> int | None:
         """An optional integer."""
         text = node.get(key)
@@ -123,10 +128,10 @@ class Reader:
             self.problem(node, f"unit {name!r} has no BaseUnit")
             return Unit(name, **rest)
         exponents = {symbol: self.integer(base, symbol, 0) or 0 for symbol in BASE}
-        factor, offset = self.number(base, "factor", 1.0), self.number(base, "offset", 0.0)
+        factor, offset = self.number_or(base, "factor", 1.0), self.number_or(base, "offset", 0.0)
         if factor == 0.0:
             self.problem(base, f"unit {name!r} has the factor 0")
-        return Unit(name, {k: v for k, v in exponents.items() if v}, factor or 1.0, offset or 0.0, **rest)
+        return Unit(name, {k: v for k, v in exponents.items() if v}, factor or 1.0, offset, **rest)
 
     def enumerations(self, root: etree._Element, tag: str) -> list[Enumeration]:
         groups = root.iterchildren(tag)
@@ -158,8 +163,7 @@ class Reader:
         for child in found:
             line = child.sourceline or 0
             if child.tag not in _MAPPINGS:
-                factor, offset = self.number(child, "factor", 1.0), self.number(child, "offset", 0.0)
-                return LinearTransformation(1.0 if factor is None else factor, offset or 0.0, line)
+                return LinearTransformation(self.number_or(child, "factor", 1.0), self.number_or(child, "offset", 0.0), line)
             kind = _MAPPINGS[str(child.tag)]
             entries = [self._entry(entry, kind) for entry in child.iterchildren(f"{SSC}MapEntry")]
             for source in {source for i, (source, _) in enumerate(entries) if source in dict(entries[:i])}:

@@ -23,7 +23,7 @@ VERSIONS = st.sampled_from(["1.0", "2.0"])
 
 
 @RANDOM
-@given(descriptions())
+@given(VERSIONS.flatmap(descriptions))
 def test_descriptions_come_back_as_they_were(description):
     written = write_description(description)
     assert schema_problems(written, "x.ssd") == []

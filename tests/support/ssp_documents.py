@@ -1,6 +1,8 @@
-"""Random SSP documents of versions 1.0 and 2.0, for property tests."""
+"""Random SSP documents of versions 1.0 and 2.0, for property tests. Each strategy is made once: making one takes longer than drawing."""
 
 from __future__ import annotations
+
+from functools import cache
 
 from hypothesis import strategies as st
 from lxml import etree
@@ -45,24 +47,27 @@ def node(**more):
     return {"description": st.none() | WORDS, "annotations": ANNOTATIONS, **more}
 
 
-@st.composite
-def units(draw):
-    names = draw(st.lists(WORDS, max_size=3, unique=True))
-    exponent = st.integers(-3, 3).filter(bool)
-    exponents = st.dictionaries(st.sampled_from(["kg", "m", "s", "A", "K", "mol", "cd", "rad"]), exponent, max_size=3)
-    factor = st.floats(1e-6, 1e6)
-    return [draw(st.builds(d.Unit, st.just(n), exponents.map(_in_order), factor, NUMBERS, **node())) for n in names]
+SYMBOLS: tuple[str, ...] = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+
+
+@cache
+def units():
+    exponents = st.dictionaries(st.sampled_from(SYMBOLS), st.integers(-3, 3).filter(bool), max_size=3)
+    unit = st.builds(d.Unit, WORDS, exponents.map(_in_order), st.floats(1e-6, 1e6), NUMBERS, **node())
+    return st.lists(unit, max_size=3, unique_by=lambda made: made.name)
 
 
 def _in_order(exponents: dict[str, int]) -> dict[str, int]:
-    return {symbol: exponents[symbol] for symbol in ("kg", "m", "s", "A", "K", "mol", "cd", "rad") if symbol in exponents}
+    return {symbol: exponents[symbol] for symbol in SYMBOLS if symbol in exponents}
 
 
+@cache
 def enumerations():
     items = st.dictionaries(WORDS, SMALL, min_size=1, max_size=3)
     return st.lists(st.builds(d.Enumeration, WORDS, items, **node()), max_size=2)
 
 
+@cache
 def data_types(version: str):
     def made(name: str, unit: str | None, other: str) -> d.DataType:
         attributes = {"mime-type": "text/x"} if name == "Binary" else {}
@@ -71,6 +76,7 @@ def data_types(version: str):
     return st.builds(made, st.sampled_from(TYPES_1 if version == "1.0" else TYPES_2), st.none() | WORDS, WORDS)
 
 
+@cache
 def transformations():
     flags = st.sampled_from(["true", "false"])
     whole = SMALL.map(str)
@@ -86,6 +92,7 @@ def transformations():
     return st.one_of(st.none(), st.builds(d.LinearTransformation, NUMBERS, NUMBERS), *mappings)
 
 
+@cache
 def dimensions(version: str):
     if version == "1.0":
         return st.just([])
@@ -93,6 +100,7 @@ def dimensions(version: str):
     return st.lists(fixed | st.builds(d.Dimension, st.none(), WORDS), max_size=2)
 
 
+@cache
 def parameters(version: str):
     def made(name: str, kind: str, number: float, whole: int, flag: bool, text: str, more: bool, rest: dict) -> d.Parameter:
         value = {"Boolean": str(flag).lower(), "Binary": "0aff"}.get(kind, text)
@@ -110,22 +118,26 @@ def parameters(version: str):
     )
 
 
+@cache
 def parameter_sets(version: str):
     more = node(version=st.just(version))
     return st.builds(d.ParameterSet, WORDS, st.lists(parameters(version), max_size=3), enumerations(), units(), **more)
 
 
+@cache
 def mappings(version: str):
     entry = st.builds(d.MappingEntry, WORDS, WORDS, transformations(), st.booleans(), **node())
     return st.builds(d.ParameterMapping, st.lists(entry, max_size=3), **node(version=st.just(version)))
 
 
+@cache
 def dictionaries(version: str):
     sizes = st.just([]) if version == "1.0" else st.lists(st.builds(d.Dimension, st.integers(0, 9)), max_size=1)
     entry = st.builds(d.DictionaryEntry, WORDS, data_types(version), sizes, **node())
     return st.builds(d.SignalDictionary, st.lists(entry, max_size=3), enumerations(), units(), **node(version=st.just(version)))
 
 
+@cache
 def bindings(version: str):
     sources = st.sampled_from(["resources/a.ssv", "b.ssv"])
     bases = st.sampled_from(["SSD", "component"])
@@ -138,6 +150,7 @@ def bindings(version: str):
     ) | st.builds(d.ParameterBinding, values=parameter_sets(version), prefix=prefix, mapping=st.none() | mapping, **rest)
 
 
+@cache
 def connectors(version: str):
     kinds = st.sampled_from(KINDS_1 if version == "1.0" else KINDS_2)
     clocks = st.just([]) if version == "1.0" else st.lists(WORDS, max_size=1)
@@ -145,6 +158,7 @@ def connectors(version: str):
     return st.builds(d.Connector, WORDS, kinds, st.none() | data_types(version), dimensions(version), clocks, **rest)
 
 
+@cache
 def connections(version: str):
     indices = st.just([]) if version == "1.0" else st.lists(st.integers(0, 9), max_size=2)
     rest = node(extra=kept(CONNECTION_GEOMETRY))
@@ -160,6 +174,7 @@ def interface(version: str):
     }
 
 
+@cache
 def systems(version: str):
     shared = interface(version)
     how = ["any", "CoSimulation", "ModelExchange"]
@@ -184,11 +199,10 @@ def systems(version: str):
     return system(st.recursive(leaves, system, max_leaves=4))
 
 
-@st.composite
-def descriptions(draw):
-    version = draw(st.sampled_from(["1.0", "2.0"]))
+@cache
+def descriptions(version: str):
     experiment = st.builds(d.DefaultExperiment, st.none() | NUMBERS, st.none() | NUMBERS, annotations=ANNOTATIONS)
     own = st.sampled_from([{}, {"own": FOREIGN}])
     attributes = st.sampled_from([{}, {"author": "A. B.", "generationTool": "x"}])
     rest = node(version=st.just(version), namespaces=own, attributes=attributes)
-    return draw(st.builds(d.SystemDescription, WORDS, systems(version), enumerations(), units(), st.none() | experiment, **rest))
+    return st.builds(d.SystemDescription, WORDS, systems(version), enumerations(), units(), st.none() | experiment, **rest)
