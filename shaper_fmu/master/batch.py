@@ -65,7 +65,7 @@ class Batch:
     def __init__(self, system: SystemStructure, plan: Plan, metrics: Mapping[str, Metric], varied: Sequence[str]):
         self.system: SystemStructure = system
         self.plan: Plan = plan
-        self._metrics = dict(metrics)
+        self._metrics, self._begun = dict(metrics), False
         self._simulation = Simulation(system, record=[], metrics=metrics)
         self.changed: dict[str, None] = self._simulation.changed
         try:
@@ -196,6 +196,9 @@ class Batch:
         A run that fails ends the list, and the batch: make another one for the rows that are left. While they are done, the
         number of the run at work (of `numbers`, int64) is kept at the address `now`, for others that watch this process.
         """
+        if not self.resets and (self._begun or len(rows) > 1):
+            raise ModelError(["an FMU cannot be reset, so that a batch is good for one run: make another one"])
+        self._begun = True
         rows = np.ascontiguousarray(rows, np.float64)
         numbers = np.ascontiguousarray(np.arange(len(rows)) if numbers is None else numbers, np.int64)
         gathered = np.empty((len(rows), len(self._metrics)), GATHERED)

@@ -71,9 +71,11 @@ def called_name(instance: Instance, number: int) -> str:
         ("GetDerivatives", 3): "GetContinuousStateDerivatives", ("GetNominals", 1): "GetNominalContinuousStates",
         ("GetNominals", 2): "GetNominalsOfContinuousStates", ("GetNominals", 3): "GetNominalsOfContinuousStates",
         ("UpdateDiscreteStates", 2): "NewDiscreteStates", ("UpdateDiscreteStates", 1): "EventUpdate",
-        ("Reset", 1): "ResetSlave", ("EnterInitializationMode", 1): "InitializeSlave",
+        ("Reset", 1): "ResetSlave", ("SetupExperiment", 1): "SetTime",
     }  # fmt: skip
     exchange = instance.fmu.exchanges_model
+    if name == "EnterInitializationMode" and version == 1:
+        name = "Initialize" if exchange else "InitializeSlave"
     if name == "EnterStepMode" and exchange:
         name = "EnterContinuousTimeMode"
     return standard_name(f"fmi{version}{names.get((name, version), name)}")

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from ctypes import byref, c_void_p, cast
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import fmpy
 from fmpy.fmi1 import (
@@ -48,6 +48,18 @@ _FAILED = {
 
 _ENDS = ("enterInitializationMode", "exitInitializationMode", "initialize", "reset")
 """Calls after which it is another FMU's turn."""
+
+
+class EventInfo(NamedTuple):
+    """What a model of FMI 1.0 tells when it is initialized: fmiEventInfo."""
+
+    converged: bool
+    references_changed: bool
+    values_changed: bool
+    terminate: bool
+    event_defined: bool
+    event_time: float
+
 
 Moment = float | str | None
 """When something happens, for messages: a time [s], or a word such as "initialization"."""
@@ -113,8 +125,8 @@ class Instance:
     Attributes:
         usable: whether it can be called; not after it was closed, nor after a fatal status.
         fatal: whether it has returned a fatal status, after which FMI allows no call of any instance of this FMU.
+        event_info: what a model of FMI 1.0 has told when it was initialized.
         initialized: whether it has been since it was made or reset (FMI 1.0 resets and terminates no other).
-        event_info: what fmiInitialize has told (FMI 1.0, model exchange): the items of fmiEventInfo.
     """
 
     def __init__(self, name: str, fmu: Fmu, event_mode: bool = True):
@@ -124,7 +136,7 @@ class Instance:
         self.usable: bool = False
         self.fatal: bool = False
         self.initialized: bool = False
-        self.event_info: tuple[Any, ...] = ()
+        self.event_info: EventInfo | None = None
         self.event_mode: bool = (event_mode or fmu.exchanges_model) and fmu.has_event_mode
         self._arrays: dict[tuple[int, str], list[Any]] = {}  # values of FMI 3.0 arrays, which can be set as a whole only
         self._environment = max(_logs, default=0) + 1
@@ -245,7 +257,10 @@ class Instance:
         if self.fmu.exchanges_model:
             self.call("setTime", start_time, at="initialization")
             controlled = (fmi1True, tolerance) if tolerance is not None else (fmi1False, 0.0)
-            self.event_info = self.call("initialize", *controlled, at="initialization")
+            self.event_info = EventInfo(*self.call("initialize", *controlled, at="initialization"))
+            if self.event_info.terminate:
+                said = f": {'; '.join(list(self.log)[-3:])}" if self.log else ""
+                raise SimulationError(f"{self.name} at initialization: fmiInitialize asked to end the simulation{said}")
         else:
             self.call("initialize", start_time, stop_time, at="initialization")
 
@@ -273,6 +288,7 @@ class Instance:
         flags = int(self.event_mode), int(exchange)
         if version == 1:
             names = ["fmiDoStep", "", "", "", "fmiResetSlave", "", "fmiInitializeSlave", ""]
+            names = ["", "", "", "fmiEventUpdate", "", "fmiSetTime", "fmiInitialize", ""] if exchange else names
             return (self.handle, 1, *flags, *[self.address(name) if name else 0 for name in names])
         names = ["" if exchange else f"fmi{version}DoStep", "", "", ""]
         if exchange or version == 3:

@@ -36,6 +36,8 @@ INSTANCE = record(
     double tolerance;               // of its solver, told at initialization; 0 for none
     double next_event;              // told by the last update of discrete states
     int32_t initialized;            // since it was made or reset, of FMI 1.0
+    int32_t informed;               // whether its initialization, of FMI 1.0, knows all inputs
+    int32_t settled;                // whether its discrete states were updated by that
     """,
 )
 
@@ -218,6 +220,7 @@ SOLVER = record(
     int32_t restart;                // whether it has to begin anew
     int32_t pending;                // whether the parts have not heard of the end of its last step
     int32_t at_root;                // whether an event indicator changes its sign there
+    int32_t placed;                 // whether the parts have been placed since they have heard of the end of a step
     int32_t held_back;              // whether it does not go beyond the step's end, where inputs may jump
     int32_t events_at_once;
     """,

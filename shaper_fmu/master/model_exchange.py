@@ -12,6 +12,7 @@ from shaper_fmu.master import layout as of
 from shaper_fmu.master.algorithms import Coupling, SolverMethod
 from shaper_fmu.master.cvode import Cvode
 from shaper_fmu.master.fmu import Fmu
+from shaper_fmu.master.functions import standard_name
 from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.variables import kind_of
 from shaper_fmu.xml_files import parse_xml
@@ -134,9 +135,10 @@ class Parts:
         for field, names in _FUNCTIONS.items():
             if unneeded.get(field):
                 continue
-            row[field] = instance.address(f"fmi{version}{names[version]}")
+            function = standard_name(f"fmi{version}{names[version]}")
+            row[field] = instance.address(function)
             if not row[field] and field != "get_nominals":
-                raise ModelError([f"{instance.name}: the library of {fmu.name} lacks the function fmi{version}{names[version]}"])
+                raise ModelError([f"{instance.name}: the library of {fmu.name} lacks the function {function}"])
         pairs = state_pairs(fmu) if version > 1 and directional_flags(fmu)[1] else []
         if pairs and len(pairs) == row["states"]:
             row["directional"] = instance.address(f"fmi{version}GetDirectionalDerivative")

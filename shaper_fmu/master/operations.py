@@ -33,6 +33,7 @@ class Operations:
 
     Attributes:
         unfed: places of array elements that are set with others, but that nothing feeds.
+        informed: instances of FMI 1.0 whose initialization knows all inputs.
         guards, cause_codes: rows of the loop's arrays of these names.
     """
 
@@ -53,6 +54,7 @@ class Operations:
         self._readable = {name for name in instances if system.readable_after_set(name)}
         self._parts = [name for name in instances if instances[name].fmu.exchanges_model]
         self.unfed: dict[int, Port] = {}
+        self.informed: set[str] = set()
         self.guards: list[tuple[int, ...]] = []
         self.cause_codes: list[int] = []
 
@@ -224,6 +226,7 @@ class Operations:
         others = [name for name in self._instances if self._instances[name].fmu.has_initialization_mode]
         if len(others) == len(self._instances):
             return []
+        self.informed = set(self._instances)
         operations = [operation for name in others for operation in reads[name]]
         operations += [(of.TABLES_NOW, 0)] if self._has_tables() else []
         for name, inputs in self._ordered_inputs(others):
@@ -233,6 +236,8 @@ class Operations:
                 operations += self._exchange_of(name, self._clocks.unclocked(name, known), others)
                 continue
             settable = [v for v in known if self._instances[name].fmu.variables[v].start is not None]  # by the standard
+            if settable != inputs:
+                self.informed.discard(name)
             operations += self._writer.transfer("Set", name, settable, self._source_place(name)) if settable else []
         return operations
 

@@ -125,6 +125,14 @@ class Program:
         for place, (name, variable) in self._operations.unfed.items():
             self.layout.bus[place] = float(self.instances[name].start_value(variable))
 
+    def note_initialization(self) -> None:
+        """Take what models of FMI 1.0 have told when they were initialized."""
+        for row, instance in zip(self.layout.instances, self.instances.values(), strict=True):
+            info = instance.event_info
+            if info is not None:
+                row["settled"] = info.converged and row["informed"]
+                row["next_event"] = info.event_time if info.event_defined else of.NO_EVENT
+
     def ask_functions(self, t: float, end: float | None = None) -> None:
         """Put the values that Python functions give at t on the bus, and those at the `end` of a step that begins there."""
         if not self.signals:
@@ -200,7 +208,8 @@ class Program:
         self.sources: list[list[int]] = writer.grouped
         for i, instance in enumerate(self.instances.values()):
             tolerance = instance.fmu.default_tolerance or 0.0
-            instances[i] = (*instance.entry_points(), tolerance, of.NO_EVENT, instance.initialized)
+            informed = instance.name in self._operations.informed
+            instances[i] = (*instance.entry_points(), tolerance, of.NO_EVENT, instance.initialized, informed, 0)
         tables = [
             (self._places[("signal", *port)], signal) for port, signal in self.system.signals.items() if isinstance(signal, Table)
         ]

@@ -286,6 +286,7 @@ class Simulation:
         for instance in self.instances.values():
             if not instance.fmu.has_initialization_mode:
                 instance.enter_initialization(t, float(control.stop), {}, solver_tolerance)
+        program.note_initialization()
         if not loop().initialize(program.address, control, t):
             raise self._fault(program, control, "initialization")
         self._scales = self._time_scales()

@@ -223,11 +223,6 @@ class SystemStructure:
     def check(self) -> list[str]:
         """The problems of the system as a whole, as messages; empty if it can run."""
         problems = once_problems(self.fmus) if self.fmus else ["the system has no FMU"]
-        problems += [
-            f"{name}: {fmu.name} is a model of FMI 1.0; model exchange is run of FMI 2.0 and 3.0, and slaves of FMI 1.0"
-            for name, fmu in self.fmus.items()
-            if fmu.version == 1 and fmu.exchanges_model
-        ]
         problems += clock_problems(self.fmus, self.clock_connections, self.without_event_mode)
         problems += clocked_loop_problems(self.fmus, self.connections)
         for loop in self.signal_order()[1]:

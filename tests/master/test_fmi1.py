@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zipfile
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import pytest
 from faulty_fmus import faulty_fmu
 from fmpy.model_description import CoSimulation
 from reading_fmus import lag_fmu
-from spring_fmus import CAPABILITIES, FAULTS, moved, slave, spring_fmu
+from spring_fmus import CAPABILITIES, FAULTS, PERIOD, model, moved, slave, spring_fmu
 
 from shaper_fmu import System
 from shaper_fmu.errors import ArchiveError, ModelError, SimulationError
@@ -180,7 +181,6 @@ def test_a_model_is_initialized_and_has_its_functions():
     assert fmu.description.numberOfContinuousStates == 2
     instance = Instance("x", fmu)
     instance.enter_initialization(0.5, 1.0, {"force": 3.0, "excitation": -2.0})
-    assert instance.event_info[0] is True  # iterationConverged
     assert instance.get_values(["seen", "damping", "drop"]) == [3.0, 2.0, 0.0]
     for name in ("SetTime", "GetDerivatives", "SetContinuousStates", "EventUpdate", "CompletedIntegratorStep", "Terminate"):
         assert instance.address(f"fmi{name}") != 0
@@ -218,6 +218,50 @@ def test_functions_that_are_never_called_may_be_missing(tmp_path):
         of(without("fmiDoStep", "fmiInitializeSlave")).simulate(1.0, STEP)
     with pytest.raises(ModelError, match=r"x: the library of fmiSetReal\.fmu lacks the function fmiSetReal"):
         of(without("fmiSetReal")).simulate(1.0, STEP)
+
+
+def test_a_model_moves_by_the_formula_through_its_time_events():
+    """It takes no event within a step that is not completed, and counts every update: none at the start, one at each event."""
+    system = System()
+    system.add("x", model())
+    system.drive("x.force", [(0.0, 3.0), (0.5, -1.0)])
+    record = ["position", "drop", "steps", "updates", "seen", "moving"]
+    with Simulation(system, record=[f"x.{name}" for name in record]) as simulation:
+        results, again = (simulation.run(1.0, STEP, solver_tolerance=1e-9) for _ in range(2))
+    assert results["x.position"] == pytest.approx(moved(np.array([3.0] * 5 + [-1.0] * 5), STEP), abs=1e-7)
+    assert np.array_equal(results["x.drop"], -results["x.position"])
+    assert results["x.steps"].tolist() == [math.floor(t / PERIOD + 1e-9) for t in results.time]
+    assert results["x.updates"][-1] == 3  # two time events, and the jump of the force
+    assert results["x.seen"][0] == 3.0
+    for name in record:
+        assert np.array_equal(results[f"x.{name}"], again[f"x.{name}"])
+    with Batch(system, Plan(1.0, STEP), {"end": Final("x.position"), "updates": Final("x.updates")}, []) as batch:
+        found = batch.run({})
+        assert (found["end"], found["updates"]) == (pytest.approx(results["x.position"][-1], abs=1e-5), 3.0)
+        with pytest.raises(ModelError, match="an FMU cannot be reset, so that a batch is good for one run"):
+            batch.run({})
+
+
+def test_a_model_may_ask_to_end_the_simulation_at_once():
+    system = System()
+    system.add("x", model(), fault=FAULTS["end"])
+    with pytest.raises(SimulationError, match=r"^x at initialization: fmiInitialize asked to end the simulation$"):
+        system.simulate(1.0, STEP)
+    with Batch(system, Plan(1.0, STEP), {"end": Final("x.position")}, []) as batch, pytest.raises(SimulationError) as error:
+        batch.run({})
+    assert "fmiInitialize asked to end the simulation" in str(error.value)
+
+
+def test_slaves_and_models_drive_each_other():
+    """A slave's position is the force of a model, held over each step; the model is known to be right by the test above."""
+    system = System()
+    system.add("slave", spring_fmu())
+    system.add("x", model())
+    system.drive("slave.force", 3.0)
+    system.connect_raw("slave.position", "x.force", gain=100.0)
+    results = system.simulate(1.0, STEP, solver_tolerance=1e-9)
+    forces = 100.0 * results["slave.position"][:-1]
+    assert results["x.position"] == pytest.approx(moved(forces, STEP), abs=1e-6)
 
 
 def test_descriptions_in_the_terms_of_fmi_2():

@@ -12,7 +12,8 @@ from faulty_fmus import library
 from scipy.linalg import expm
 
 MASS, STIFFNESS, DAMPING = 2.0, 50.0, 1.0
-FAULTS = {"none": 0, "step": 1, "discard": 2, "pending": 3, "warning": 4, "reset": 6, "initialization": 7}
+PERIOD = 0.35
+FAULTS = {"none": 0, "step": 1, "discard": 2, "pending": 3, "warning": 4, "reset": 6, "initialization": 7, "end": 8}
 CAPABILITIES = 'canHandleVariableCommunicationStepSize="true" canInterpolateInputs="true"'
 _UNITS = """<UnitDefinitions><BaseUnit unit="N"><DisplayUnitDefinition displayUnit="kN" gain="0.001"/></BaseUnit><BaseUnit unit="m"/>
 <BaseUnit unit="m/s"/></UnitDefinitions>"""
@@ -42,6 +43,7 @@ _VARIABLES = "".join([
     _scalar("count_out", 2, 'causality="output" variability="discrete"', "Integer"),
     _scalar("steps", 3, 'causality="output" variability="discrete"', "Integer", _NONE),
     _scalar("minus_steps", 3, 'causality="output" variability="discrete" alias="negatedAlias"', "Integer", _NONE),
+    _scalar("updates", 4, 'variability="discrete"', "Integer"),
     _scalar("held", 0, 'causality="input" variability="discrete"', 'Boolean start="false"'),
     _scalar("moving", 1, 'causality="output" variability="discrete"', "Boolean", _NONE),
     _scalar("resting", 1, 'causality="output" variability="discrete" alias="negatedAlias"', "Boolean", _NONE),
@@ -75,6 +77,11 @@ def spring_fmu(implementation: str = slave(), changes: tuple[tuple[str, str], ..
         archive.writestr("modelDescription.xml", text)
         archive.write(made, f"binaries/{fmpy.platform}/spring{fmpy.sharedLibraryExtension}")
     return path
+
+
+def model() -> Path:
+    """The same as a model."""
+    return spring_fmu("")
 
 
 def moved(forces: np.ndarray, step: float, damping: float = DAMPING) -> np.ndarray:

@@ -82,7 +82,9 @@ typedef struct {
     double event_time;
 } Fmi1EventInfo;
 
-typedef int Fmi1EventUpdate(void *instance, char intermediate, Fmi1EventInfo *info);
+typedef int Fmi1EventUpdate(void *instance, Fmi1Boolean intermediate, Fmi1EventInfo *info);
+
+typedef int Fmi1Initialize(void *instance, Fmi1Boolean tolerance_controlled, double tolerance, Fmi1EventInfo *info);
 
 typedef struct {
     int32_t again;

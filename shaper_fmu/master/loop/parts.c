@@ -53,6 +53,7 @@ static int set_states(Control *control, const Part *part, double t, const double
 }
 
 int place_parts(const System *system, Control *control, double t, const double *state) {
+    system->solvers.at[0].placed = 1;
     for (size_t i = 0; i < system->parts.count; i++) {
         const Part *const part = &system->parts.at[i];
         int judgement = set_time(control, part, t);
@@ -123,29 +124,47 @@ int get_states(const System *system, Control *control, double t, double *state, 
     return EVALUATED;
 }
 
+static int tell_completed(Control *control, const Part *part, double t, int *event) {
+    if (!part->completed) return EVALUATED;
+    Answers answers = {{0}, {0}};
+    int32_t wants[2] = {0, 0};
+    int status;
+    if (part->version == 3)
+        status = ((Fmi3Completed *)part->completed)(part->handle, !control->returning, &answers.flag[0], &answers.flag[1]);
+    else if (part->version == 2)
+        status = ((Fmi2Completed *)part->completed)(part->handle, !control->returning, &wants[0], &wants[1]);
+    else
+        status = ((Fmi1Completed *)part->completed)(part->handle, (char *)&answers.flag[0]);
+    keep_arithmetic();
+    const int judgement = judged(control, part, status, CALLED_CompletedIntegratorStep, t);
+    if (judgement) return judgement;
+    if (answers.flag[1] || wants[1]) {
+        fail(control, FAULT_TERMINATED, 0, number_of(part), CALLED_CompletedIntegratorStep, t);
+        return BROKEN;
+    }
+    if (answers.flag[0] || wants[0]) *event = 1;
+    return EVALUATED;
+}
+
 int complete_step(const System *system, Control *control, double t, int *event) {
+    system->solvers.at[0].placed = 0;
     for (size_t i = 0; i < system->parts.count; i++) {
-        const Part *const part = &system->parts.at[i];
-        if (!part->completed) continue;
-        Answers answers = {{0}, {0}};
-        int32_t wants[2] = {0, 0};
-        int status;
-        if (part->version == 3)
-            status = ((Fmi3Completed *)part->completed)(part->handle, !control->returning, &answers.flag[0], &answers.flag[1]);
-        else if (part->version == 2)
-            status = ((Fmi2Completed *)part->completed)(part->handle, !control->returning, &wants[0], &wants[1]);
-        else
-            status = ((Fmi1Completed *)part->completed)(part->handle, (char *)&answers.flag[0]);
-        keep_arithmetic();
-        const int judgement = judged(control, part, status, CALLED_CompletedIntegratorStep, t);
+        const int judgement = tell_completed(control, &system->parts.at[i], t, event);
         if (judgement) return judgement;
-        if (answers.flag[1] || wants[1]) {
-            fail(control, FAULT_TERMINATED, 0, number_of(part), CALLED_CompletedIntegratorStep, t);
-            return BROKEN;
-        }
-        if (answers.flag[0] || wants[0]) *event = 1;
     }
     return EVALUATED;
+}
+
+int complete_before_event(const System *system, Control *control, double t) {
+    int event = 0;
+    if (!system->parts.count || !system->solvers.at[0].placed) return 1;
+    system->solvers.at[0].placed = 0;
+    for (size_t i = 0; i < system->parts.count; i++) {
+        const Part *const part = &system->parts.at[i];
+        if (part->version == 1 && tell_completed(control, part, t, &event))
+            return control->fault ? 0 : fail(control, FAULT_CALL_FAILED, 2, number_of(part), CALLED_CompletedIntegratorStep, t);
+    }
+    return 1;
 }
 
 int inputs_have_changed(const System *system, Control *control, double t, int *changed) {

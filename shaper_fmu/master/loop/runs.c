@@ -39,12 +39,31 @@ static int set_up(const Instance *instance, Control *control, int number) {
     return judge(control, status, -1 - number, CALLED_SetupExperiment, control->start);
 }
 
-static int initialize_slave(Instance *instance, Control *control, int number) {
+static int initialize_model(Instance *instance, Control *control, int number) {
+    int status = ((FmiSetTime *)instance->setup)(instance->handle, control->start);
+    keep_arithmetic();
+    if (!judge(control, status, -1 - number, CALLED_SetupExperiment, control->start)) return 0;
+    Fmi1EventInfo info = {0, 0, 0, 0, 0, 0.0};
+    Fmi1Initialize *const function = (Fmi1Initialize *)instance->enter_initialization;
+    status = function(instance->handle, instance->tolerance > 0.0, instance->tolerance, &info);
+    keep_arithmetic();
+    if (!judge(control, status, -1 - number, CALLED_EnterInitializationMode, control->start)) return 0;
+    if (info.event_defined) instance->next_event = info.event_time;
+    instance->settled = info.converged && instance->informed;
+    if (!info.terminate) return 1;
+    return fail(control, FAULT_TERMINATED, 0, -1 - number, CALLED_EnterInitializationMode, control->start);
+}
+
+static int initialize_slave(const Instance *instance, Control *control, int number) {
     Fmi1InitializeSlave *const function = (Fmi1InitializeSlave *)instance->enter_initialization;
     const int status = function(instance->handle, control->start, 1, control->stop);
     keep_arithmetic();
-    instance->initialized = 1;
     return judge(control, status, -1 - number, CALLED_EnterInitializationMode, control->start);
+}
+
+static int initialize1(Instance *instance, Control *control, int number) {
+    instance->initialized = 1;
+    return instance->model_exchange ? initialize_model(instance, control, number) : initialize_slave(instance, control, number);
 }
 
 static int enter_initialization(const Instance *instance, Control *control, int number) {
@@ -92,7 +111,7 @@ int loop_start_again(const System *system, Control *control, int in_event_mode) 
         if (instances[i].version != 1 && !enter_initialization(&instances[i], control, i)) return 0;
     if (!loop_begin_early(system, control, control->start)) return 0;
     for (int i = 0; i < count; i++)
-        if (instances[i].version == 1 && !initialize_slave(&instances[i], control, i)) return 0;
+        if (instances[i].version == 1 && !initialize1(&instances[i], control, i)) return 0;
     if (!loop_initialize(system, control, control->start)) return 0;
     if (system->clocks.count && !loop_start_clocks(system, control)) return 0;
     for (int i = 0; i < count; i++)

@@ -191,5 +191,6 @@ int solve(const System *system, Control *control, double t, double h, int may_en
     } else {
         memcpy(solver->between_values, solver->state_values, sizeof(double) * (size_t)(solver->states ? solver->states : 1));
     }
+    if (ended) return 1; /* the parts are there */
     return place_parts(system, control, end, solver->between_values) == EVALUATED || broken(control, solver, 0, end);
 }

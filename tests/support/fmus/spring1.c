@@ -2,7 +2,8 @@
    FMI 1.0 does not allow in its state is an error, reading between set and step, too.
 
    `fault`: 1 steps fail, 2 steps are discarded, 3 steps end in the background, 4 initialization returns a warning, 5 no instance is
-   made, 6 reset fails, 7 initialization fails; from `fault_time` on. With `flag` set the mass is held still. */
+   made, 6 reset fails, 7 initialization fails, 8 a model asks to end the simulation at initialization; from `fault_time` on. With
+   `held` set the mass is held still. A model has a time event every 0.35 s, each of which is one of its steps. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -14,16 +15,18 @@
 #define NAME(function) spring_##function
 
 enum { FORCE, POSITION, SPEED, MASS, STIFFNESS, DAMPING, FAULT_TIME, SEEN, SUM, REALS }; /* references of real numbers */
-enum { FAULT, COUNT_IN, COUNT_OUT, STEPS, INTEGERS };
+enum { FAULT, COUNT_IN, COUNT_OUT, STEPS, UPDATES, INTEGERS };
 enum { HELD, MOVING, BOOLEANS };
 enum { MADE, INITIALIZED, ENDED };
+#define PERIOD 0.35
 
 typedef struct {
     double real[REALS];
     int integer[INTEGERS];
     char boolean[BOOLEANS];
     int state, set, model;
-    double time, slope;
+    int stepping; /* a model's step is not completed */
+    double time, slope, next_event;
     char name[64];
     fmi1CallbackFunctions callbacks;
 } Spring;
@@ -39,7 +42,7 @@ static void begin(Spring *self) {
     memset(self->integer, 0, sizeof self->integer);
     memset(self->boolean, 0, sizeof self->boolean);
     r[MASS] = 2.0, r[STIFFNESS] = 50.0, r[DAMPING] = 1.0;
-    self->state = MADE, self->set = 0, self->slope = 0.0;
+    self->state = MADE, self->set = self->stepping = 0, self->slope = 0.0, self->next_event = PERIOD;
 }
 
 static void evaluate(Spring *self) {
@@ -172,22 +175,37 @@ EXPORT fmi1Component NAME(fmiInstantiateModel)(fmi1String name, fmi1String guid,
     return make(name, guid, functions, 1);
 }
 EXPORT void NAME(fmiFreeModelInstance)(fmi1Component c) { scrap(c); }
-EXPORT fmi1Status NAME(fmiSetTime)(fmi1Component c, fmi1Real t) { return ((Spring *)c)->time = t, fmi1OK; }
+EXPORT fmi1Status NAME(fmiSetTime)(fmi1Component c, fmi1Real t) {
+    Spring *self = c;
+    return self->time = t, self->stepping = self->state == INITIALIZED, fmi1OK;
+}
 
-static void tell(fmi1EventInfo *info) { memset(info, 0, sizeof *info), info->iterationConverged = 1; }
+static void tell(const Spring *self, fmi1EventInfo *info) {
+    memset(info, 0, sizeof *info);
+    info->iterationConverged = info->upcomingTimeEvent = 1, info->nextEventTime = self->next_event;
+    info->terminateSimulation = self->integer[FAULT] == 8;
+}
 
 EXPORT fmi1Status NAME(fmiInitialize)(fmi1Component c, fmi1Boolean controlled, fmi1Real tolerance, fmi1EventInfo *info) {
-    tell(info);
+    tell(c, info);
     return initialize(c, ((Spring *)c)->time);
 }
-EXPORT fmi1Status NAME(fmiEventUpdate)(fmi1Component c, fmi1Boolean intermediate, fmi1EventInfo *info) { return tell(info), fmi1OK; }
-EXPORT fmi1Status NAME(fmiCompletedIntegratorStep)(fmi1Component c, fmi1Boolean *event) { return *event = 0, fmi1OK; }
+EXPORT fmi1Status NAME(fmiEventUpdate)(fmi1Component c, fmi1Boolean intermediate, fmi1EventInfo *info) {
+    Spring *self = c;
+    if (self->stepping) return say(self, fmi1Error, "an event within a step");
+    if (self->time >= self->next_event - 1e-9) self->next_event += PERIOD, self->integer[STEPS]++;
+    self->integer[UPDATES]++;
+    return tell(self, info), fmi1OK;
+}
+EXPORT fmi1Status NAME(fmiCompletedIntegratorStep)(fmi1Component c, fmi1Boolean *event) {
+    return ((Spring *)c)->stepping = 0, *event = 0, fmi1OK;
+}
 EXPORT fmi1Status NAME(fmiTerminate)(fmi1Component c) { return ((Spring *)c)->state = ENDED, fmi1OK; }
 EXPORT fmi1Status NAME(fmiGetContinuousStates)(fmi1Component c, fmi1Real x[], size_t n) {
     return memcpy(x, &((Spring *)c)->real[POSITION], n * sizeof *x), fmi1OK;
 }
 EXPORT fmi1Status NAME(fmiSetContinuousStates)(fmi1Component c, const fmi1Real x[], size_t n) {
-    return memcpy(&((Spring *)c)->real[POSITION], x, n * sizeof *x), fmi1OK;
+    return ((Spring *)c)->stepping = 1, memcpy(&((Spring *)c)->real[POSITION], x, n * sizeof *x), fmi1OK;
 }
 EXPORT fmi1Status NAME(fmiGetDerivatives)(fmi1Component c, fmi1Real rates[], size_t n) {
     const Spring *self = c;
