@@ -37,7 +37,7 @@ def size(number: float) -> str:
 
 def capabilities(declared: Mapping[str, bool | float | str]) -> str:
     """Capabilities by the standard's names, numbers with their value."""
-    return ", ".join(plain(name) if found is True else f"{plain(name)} = {_value(found)}" for name, found in declared.items())
+    return ", ".join(plain(name) if found is True else f"{plain(name)}={_value(found)}" for name, found in declared.items())
 
 
 def experiment(one: Experiment) -> str:
