@@ -420,7 +420,7 @@ def test_a_terminal_of_80_columns(name, fmus, archives, tmp_path):
     assert len(lines) > 20
     assert max(map(len, lines)) <= 80, max(lines, key=len)
     broken = next(i for i, line in enumerate(lines) if re.match(r"│   values |co-simulation ", line))
-    assert re.match(r"│ {5}\w| {16}\w", lines[broken + 1]), lines[broken + 1]
+    assert re.match(r"│ {5}\S| {16}\S", lines[broken + 1]), lines[broken + 1]
 
 
 def test_wrong_usage(fmus, archives, tmp_path):
