@@ -5,33 +5,18 @@ from __future__ import annotations
 import contextlib
 from collections import deque
 from collections.abc import Mapping, Sequence
-from ctypes import byref, c_void_p, cast
+from ctypes import c_void_p, cast
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import fmpy
-from fmpy.fmi1 import (
-    FMICallException,
-    fmi1CallbackAllocateMemoryTYPE,
-    fmi1CallbackFreeMemoryTYPE,
-    fmi1CallbackFunctions,
-    fmi1CallbackLoggerTYPE,
-    fmi1False,
-    fmi1True,
-    printLogMessage,
-)
-from fmpy.fmi2 import (
-    fmi2CallbackAllocateMemoryTYPE,
-    fmi2CallbackFreeMemoryTYPE,
-    fmi2CallbackFunctions,
-    fmi2CallbackLoggerTYPE,
-)
-from fmpy.logging import addLoggerProxy
+from fmpy.fmi1 import FMICallException, fmi1False, fmi1True
 
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.description1 import turned
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.functions import LENIENT, lacking, standard_name
+from shaper_fmu.master.instance_logs import CALLBACKS1, LOGS, LOGS1, callbacks2, text_of
 from shaper_fmu.master.once import occupy, once_key, vacate
 from shaper_fmu.master.process_ends import live
 from shaper_fmu.master.process_signals import SILENT
@@ -70,53 +55,6 @@ def moment(at: Moment) -> str:
     return "" if at is None else f" at {at}" if isinstance(at, str) else f" at t = {at:.15g} s"
 
 
-_logs: dict[int, deque[str]] = {}
-"""Log messages by the instance's number, which is its component environment."""
-_logs1: dict[int | bytes, deque[str]] = {}
-"""Of FMI 1.0, which has none, by the instance's address, and by its name: while it is made its address is not known."""
-
-
-def _log(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:
-    log = _logs.get(environment or 0)
-    log = _logs1.get(environment or 0, _logs1.get(name)) if log is None else log
-    if log is None:
-        printLogMessage(c_void_p(environment), name, status, category, message)
-    else:
-        log.append(_text(message))
-
-
-def _text(message: bytes | None) -> str:
-    return (message or b"").decode("utf-8", "replace").strip()
-
-
-SILENT.update((_log.__code__, _text.__code__))
-
-
-def _make_callbacks() -> fmi2CallbackFunctions:
-    """fmpy's logger proxy keeps one Python function for the whole process, so all instances share this one."""
-    callbacks = fmi2CallbackFunctions()
-    callbacks.logger = fmi2CallbackLoggerTYPE(_log)
-    callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-    callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
-    addLoggerProxy(byref(callbacks))
-    return callbacks
-
-
-_callbacks = _make_callbacks()
-
-
-def _make_callbacks1() -> fmi1CallbackFunctions:
-    """Those of FMI 1.0, with the same logger: its first argument is the instance."""
-    callbacks = fmi1CallbackFunctions()
-    callbacks.logger = cast(_callbacks.logger, fmi1CallbackLoggerTYPE)
-    callbacks.allocateMemory = cast(_callbacks.allocateMemory, fmi1CallbackAllocateMemoryTYPE)
-    callbacks.freeMemory = cast(_callbacks.freeMemory, fmi1CallbackFreeMemoryTYPE)
-    return callbacks
-
-
-_callbacks1 = _make_callbacks1()
-
-
 class Instance:
     """An instantiated FMU. Every failing call raises SimulationError with the instance's name and its last messages.
 
@@ -139,11 +77,11 @@ class Instance:
         self.event_info: EventInfo | None = None
         self.event_mode: bool = (event_mode or fmu.exchanges_model) and fmu.has_event_mode
         self._arrays: dict[tuple[int, str], list[Any]] = {}  # values of FMI 3.0 arrays, which can be set as a whole only
-        self._environment = max(_logs, default=0) + 1
+        self._environment = max(LOGS, default=0) + 1
         self._once = once_key(fmu)
         self.slave: Any = None
         occupy(name, fmu, self._once)
-        _logs[self._environment] = self.log
+        LOGS[self._environment] = self.log
         live[self._environment] = name, fmu.name, str(fmu.folder)
         try:
             with Kept():
@@ -168,21 +106,20 @@ class Instance:
         common = {"modelIdentifier": library.stem, "unzipDirectory": str(self.fmu.folder), "instanceName": self.name}
         self._check_library(library)
         if self.fmu.version == 3:
-            self._logger = lambda environment, status, category, message: self.log.append(_text(message))
+            self._logger = lambda environment, status, category, message: self.log.append(text_of(message))
             SILENT.add(self._logger.__code__)
             modes = {} if self.fmu.exchanges_model else {"eventModeUsed": self.event_mode, "earlyReturnAllowed": self.event_mode}
             self._load(description.instantiationToken, common)
             self.slave.instantiate(loggingOn=True, logMessage=self._logger, **modes)
         elif self.fmu.version == 1:
-            _logs1[self.name.encode()] = self.log
+            LOGS1[self.name.encode()] = self.log
             self._load(description.guid, common)
-            self.slave.instantiate(functions=_callbacks1, loggingOn=True)
+            self.slave.instantiate(functions=CALLBACKS1, loggingOn=True)
             if not self.slave.component:  # of a slave fmpy does not look
                 raise SimulationError("Failed to instantiate")
-            _logs1[self.handle] = self.log
+            LOGS1[self.handle] = self.log
         else:
-            self._callbacks = fmi2CallbackFunctions.from_buffer_copy(_callbacks)
-            self._callbacks.componentEnvironment = self._environment
+            self._callbacks = callbacks2(self._environment)
             self._load(description.guid, common)
             self.slave.instantiate(callbacks=self._callbacks, loggingOn=True)
 
@@ -416,8 +353,8 @@ class Instance:
         self._leave(freed)
 
     def _leave(self, freed: bool) -> None:
-        for key in [key for key, log in _logs1.items() if log is self.log]:
-            del _logs1[key]
+        for key in [key for key, log in LOGS1.items() if log is self.log]:
+            del LOGS1[key]
         live.pop(self._environment, None)
-        if _logs.pop(self._environment, None) is not None:  # else it was closed before
+        if LOGS.pop(self._environment, None) is not None:  # else it was closed before
             vacate(self.name, self._once, self._library(), freed)
