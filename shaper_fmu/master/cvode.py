@@ -84,6 +84,9 @@ class Cvode:
         row: Any = self.row[0]
         row["memory"], row["states"], row["indicators"] = self._memory.value, states, indicators
         row["columns"] = self._columns.ctypes.data
+        self._values = np.zeros(count + indicators), np.zeros(max(1, indicators), np.int32)
+        row["begin_values"], row["signs"] = (array.ctypes.data for array in self._values)
+        row["indicator_values"] = row["begin_values"] + 8 * count
         for name, vector, place in zip(("state", "absolute", "between"), self._vectors, values, strict=True):
             row[name], row[f"{name}_values"] = vector, place
         for name, function in _CALLED.items():
@@ -115,7 +118,7 @@ class Cvode:
 
 _CALLED = {
     "step": "CVode", "begin": "CVodeReInit", "interpolate": "CVodeGetDky", "set_stop": "CVodeSetStopTime",
-    "set_longest": "CVodeSetMaxStep", "set_tolerances": "CVodeSVtolerances",
+    "set_longest": "CVodeSetMaxStep", "set_first": "CVodeSetInitStep", "set_tolerances": "CVodeSVtolerances",
 }  # fmt: skip
 """What the loop calls, by the record's fields."""
 

@@ -209,20 +209,27 @@ SOLVER = record(
     Function interpolate;           // CVodeGetDky
     Function set_stop;              // CVodeSetStopTime
     Function set_longest;           // CVodeSetMaxStep
+    Function set_first;             // CVodeSetInitStep
     Function set_tolerances;        // CVodeSVtolerances
     Function data;                  // N_VGetArrayPointer
     Function column;                // SUNDenseMatrix_Column
     double **columns;               // of the Jacobian
+    double *begin_values;           // states at the beginning
+    double *indicator_values;
+    int32_t *signs;                 // of event indicators that are 0 there: what they become
     const void *system;             // at work
     void *control;
     double reached;                 // the end of its last step
     double last_event;
+    double last_interval;           // between events
     int32_t restart;                // whether it has to begin anew
     int32_t pending;                // whether the parts have not heard of the end of its last step
     int32_t at_root;                // whether an event indicator changes its sign there
     int32_t placed;                 // whether the parts have been placed since they have heard of the end of a step
     int32_t held_back;              // whether it does not go beyond the step's end, where inputs may jump
     int32_t events_at_once;
+    int32_t shrinking;              // intervals between events, one after the other
+    int32_t watching;               // the first step: an indicator that was 0 must not change its sign unseen
     """,
 )
 """Of all parts together."""

@@ -20,6 +20,9 @@ from shaper_fmu.xml_files import parse_xml
 TOLERANCE = 1e-6
 """Relative tolerance of the solver where neither the user nor an FMU's default experiment gives one."""
 
+_LOCAL = 0.1
+"""Of the tolerance, in each of CVODE's steps, whose errors add up."""
+
 
 class Solving(NamedTuple):
     """How FMUs of model exchange are solved.
@@ -117,7 +120,7 @@ class Parts:
             self.solvers = self._cvode.row
             self.solvers["restart"] = 1
             self._cvode.attach(self.solvers.ctypes.data)
-            self.solvers["relative"] = solving.tolerance or self._default_tolerance(instances)
+            self.solvers["relative"] = _LOCAL * (solving.tolerance or self._default_tolerance(instances))
 
     def _default_tolerance(self, instances: Mapping[str, Instance]) -> float:
         """The smallest of the FMUs' default experiments."""

@@ -116,8 +116,8 @@ SSD = "SystemStructure.ssd"
         (
             SSD,
             'name="crane" type="',
-            'name="crane" implementation="ModelExchange" type="',
-            "component 'crane' asks for ModelExchange; FMUs are run only by co-simulation",
+            'name="crane" implementation="ScheduledExecution" type="',
+            "component 'crane' asks for ScheduledExecution; FMUs are run by CoSimulation and ModelExchange",
         ),
         (
             SSD,

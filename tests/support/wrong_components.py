@@ -39,10 +39,10 @@ def _undefined_unit(files: dict[str, bytes]) -> None:
     files["modelDescription.xml"] = text.replace('<Real unit="kg" min', '<Real unit="slug" min').encode()
 
 
-def _model_exchange_alone(files: dict[str, bytes]) -> None:
+def _co_simulation_alone(files: dict[str, bytes]) -> None:
     text = files["modelDescription.xml"].decode()
-    begin = text.index("<CoSimulation")
-    end = "</CoSimulation>"
+    begin = text.index("<ModelExchange")
+    end = "</ModelExchange>"
     files["modelDescription.xml"] = (text[:begin] + text[text.index(end, begin) + len(end) :]).encode()
 
 
@@ -87,10 +87,6 @@ COMPONENTS: dict[str, Wrong] = {
             ),
         ),
     ),
-    "model exchange asked for": Wrong(
-        ((SSD, 'implementation="CoSimulation"', 'implementation="ModelExchange"'),),
-        ((SSD, "ModelExchange", "component 'shaper' asks for ModelExchange; FMUs are run only by co-simulation"),),
-    ),
     "an FMU for another platform": Wrong(
         (),
         ((SSD, PLANT, "component 'plant': MassSpringDamper.fmu has no library for this machine (linux64); it has darwin64"),),
@@ -113,16 +109,16 @@ COMPONENTS: dict[str, Wrong] = {
         ),
         change=_changed_fmu("MassSpringDamper", _undefined_unit),
     ),
-    "an FMU for model exchange alone": Wrong(
-        (),
+    "model exchange asked of an FMU for co-simulation alone": Wrong(
+        ((SSD, PLANT, PLANT.replace(">", ' implementation="ModelExchange">')),),
         (
             (
                 SSD,
-                PLANT,
-                "component 'plant': MassSpringDamper.fmu: an FMI 2.0 FMU; co-simulation FMUs of FMI 2.0 and 3.0 can be coupled",
+                'implementation="ModelExchange"',
+                "component 'plant': MassSpringDamper.fmu offers co-simulation only, not model exchange",
             ),
         ),
-        change=_changed_fmu("MassSpringDamper", _model_exchange_alone),
+        change=_changed_fmu("MassSpringDamper", _co_simulation_alone),
     ),
     "a connector that is not a variable": Wrong(
         ((SSD, '<ssd:Connector name="acceleration"', '<ssd:Connector name="accelerating"'),),

@@ -10,7 +10,9 @@
 #include <string.h>
 
 #define MOST_EVENTS 100 /* one after the other within the rounding of the step */
+#define MOST_SHRINKING 5 /* intervals between events, one after the other, the last of them below a millionth of the step */
 #define MOST_SOLVER_STEPS 1000000 /* in one step of the master */
+#define MOST_STANDING 100 /* steps one after the other that are as short as times can be told apart */
 
 enum { ONE_STEP = 2, REACHED_ROOT = 2 }; /* CV_ONE_STEP, CV_ROOT_RETURN */
 
@@ -69,22 +71,60 @@ static int broken(Control *control, const Solver *solver, int flag, double t) {
     return fail(control, FAULT_SOLVER, flag, -1 - system_of(solver)->parts.at[0].instance, CALLED_DoStep, t);
 }
 
+/* Have CVODE begin at t from its state, with a first step of this length; it chooses one for 0. */
+static int begin_with(Control *control, Solver *solver, double t, double first) {
+    int flag = ((SetTime *)solver->set_first)(solver->memory, first);
+    if (flag >= 0) flag = ((Restart *)solver->begin)(solver->memory, t, solver->state);
+    solver->reached = t;
+    return flag >= 0 ? 1 : broken(control, solver, flag, t);
+}
+
+static size_t size_of_state(const Solver *solver) { return sizeof(double) * (size_t)(solver->states > 0 ? solver->states : 1); }
+
+/* Event indicators that are 0 at the beginning, as after a bounce: find out what they become. CVODE looks after a tenth of its
+   first step; before that one may come and go unseen. */
+static int watch(const System *system, Control *control, Solver *solver, double t, double near) {
+    double *const x = solver->between_values, *const z = solver->indicator_values;
+    solver->watching = 0;
+    if (loop_indicators(t, solver->state, z, solver)) return broken(control, solver, 0, t);
+    for (int i = 0; i < solver->indicators; i++) {
+        solver->signs[i] = z[i] == 0.0;
+        if (z[i] == 0.0) solver->watching = 1;
+    }
+    if (!solver->watching) return 1;
+    memcpy(solver->begin_values, solver->state_values, size_of_state(solver));
+    if (loop_derivatives(t, solver->state, solver->between, solver)) return broken(control, solver, 0, t);
+    for (int i = 0; i < solver->states; i++) x[i] = solver->begin_values[i] + near * x[i];
+    if (place_parts(system, control, t + near, x) || get_indicators(system, control, t + near, z)) return broken(control, solver, 0, t);
+    for (int i = 0; i < solver->indicators; i++) solver->signs[i] = solver->signs[i] ? (z[i] > 0.0) - (z[i] < 0.0) : 0;
+    return !place_parts(system, control, t, solver->begin_values) || broken(control, solver, 0, t);
+}
+
 /* Begin anew from the parts' own states. */
-static int begin(const System *system, Control *control, Solver *solver, double t) {
+static int begin(const System *system, Control *control, Solver *solver, double t, double near) {
     control->refused = FAULT_NO_FAULT;
     if (get_states(system, control, t, solver->state_values, solver->absolute_values)) return broken(control, solver, 0, t);
     const int count = solver->states > 0 ? solver->states : 1;
     for (int i = 0; i < count; i++) solver->absolute_values[i] = solver->relative * (solver->states ? solver->absolute_values[i] : 1.0);
     int flag = ((SetTolerances *)solver->set_tolerances)(solver->memory, solver->relative, solver->absolute);
     if (flag >= 0 && solver->indicators) flag = ((SetTime *)solver->set_longest)(solver->memory, control->step);
-    if (flag >= 0) flag = ((Restart *)solver->begin)(solver->memory, t, solver->state);
-    solver->reached = t;
+    if (flag < 0) return broken(control, solver, flag, t);
     solver->restart = solver->pending = solver->at_root = 0;
-    return flag >= 0 ? 1 : broken(control, solver, flag, t);
+    if (!begin_with(control, solver, t, 0.0)) return 0;
+    return !solver->indicators || watch(system, control, solver, t, near);
+}
+
+/* Whether an indicator that was 0 at the beginning has come and gone unseen within the first step. */
+static int has_been_missed(Solver *solver, int *missed) {
+    const double *const z = solver->indicator_values;
+    if (loop_indicators(solver->reached, solver->state, solver->indicator_values, solver)) return 0;
+    for (int i = 0; i < solver->indicators; i++)
+        if (z[i] * solver->signs[i] < 0.0) *missed = 1;
+    return 1;
 }
 
 /* One step of CVODE's, whose end is not completed yet. */
-static int go_on(Control *control, Solver *solver, double limit) {
+static int take_step_of_solver(Control *control, Solver *solver, double limit) {
     const double from = solver->reached;
     control->refused = FAULT_NO_FAULT;
     solver->pending = 1;
@@ -96,6 +136,28 @@ static int go_on(Control *control, Solver *solver, double limit) {
     if (flag >= 0) flag = ((Step *)solver->step)(solver->memory, limit, solver->state, &solver->reached, ONE_STEP);
     solver->at_root = flag == REACHED_ROOT;
     return flag >= 0 ? 1 : broken(control, solver, flag, from);
+}
+
+/* The next step; the first one is taken again, shorter, until it misses nothing. What comes and goes within the rounding of times
+   is an event at once. */
+static int go_on(Control *control, Solver *solver, double limit, double near) {
+    const double from = solver->reached;
+    if (!take_step_of_solver(control, solver, limit)) return 0;
+    while (solver->watching) {
+        int missed = solver->at_root; /* which may be the wrong one: within its first step CVODE interpolates by a line */
+        if (!missed && !has_been_missed(solver, &missed)) return broken(control, solver, 0, solver->reached);
+        if (!missed) break;
+        if (solver->reached <= from + near) {
+            solver->at_root = 1;
+            break;
+        }
+        const double shorter = 0.25 * (solver->reached - from);
+        memcpy(solver->state_values, solver->begin_values, size_of_state(solver));
+        if (!begin_with(control, solver, from, shorter)) return 0;
+        if (!take_step_of_solver(control, solver, from + shorter)) return 0;
+    }
+    solver->watching = 0;
+    return 1;
 }
 
 /* Bring the parts to the end of the solver's step; *event: whether there is one. */
@@ -110,9 +172,12 @@ static int complete(const System *system, Control *control, Solver *solver, int 
 
 /* Whether events follow each other without time passing. */
 static int goes_on(Control *control, Solver *solver, double t, double near) {
-    solver->events_at_once = fabs(t - solver->last_event) <= near ? solver->events_at_once + 1 : 0;
+    const double interval = fabs(t - solver->last_event);
+    solver->events_at_once = interval <= near ? solver->events_at_once + 1 : 0;
+    solver->shrinking = interval < solver->last_interval ? solver->shrinking + 1 : 0;
+    solver->last_interval = interval;
     solver->last_event = t;
-    if (solver->events_at_once < MOST_EVENTS) return 1;
+    if (solver->events_at_once < MOST_EVENTS && (solver->shrinking < MOST_SHRINKING || interval > 1e3 * near)) return 1;
     return fail(control, FAULT_ENDLESS_STATE_EVENTS, 0, -1 - system_of(solver)->parts.at[0].instance, 0, t);
 }
 
@@ -145,6 +210,7 @@ static void end_step(Control *control, double target, double reached, double nea
 
 /* Solve until the target, or until an event for which the step is ended (*ended). */
 static int advance(const System *system, Control *control, Solver *solver, double target, double near, int may_end, int *ended) {
+    int standing = 0;
     for (int i = 0; i < MOST_SOLVER_STEPS; i++) {
         int event = 0;
         const int is_there = solver->reached >= target - near;
@@ -158,12 +224,15 @@ static int advance(const System *system, Control *control, Solver *solver, doubl
                 return 1;
             }
             if (!handle_event_of_parts(system, control, solver->reached)) return 0;
-            if (!begin(system, control, solver, solver->reached)) return 0;
+            if (!begin(system, control, solver, solver->reached, near)) return 0;
         }
         if (is_there) return 1;
-        if (!go_on(control, solver, limit_of(system, control, solver, target, may_end))) return 0;
+        const double from = solver->reached;
+        if (!go_on(control, solver, limit_of(system, control, solver, target, may_end), near)) return 0;
+        standing = solver->reached - from > 0x1p-48 * fabs(from) ? 0 : standing + 1;
+        if (standing > MOST_STANDING) return broken(control, solver, -3, from);
     }
-    return fail(control, FAULT_SOLVER, -1, -1 - system->parts.at[0].instance, 0, solver->reached);
+    return broken(control, solver, -1, solver->reached);
 }
 
 /* The inputs jump at t, before the end of the solver's last step: what comes after t does not count. */
@@ -182,14 +251,14 @@ int solve(const System *system, Control *control, double t, double h, int may_en
     if (!inputs_have_changed(system, control, t, &changed)) return 0;
     solver->held_back = changed && !solver->restart;
     if (solver->held_back && solver->pending && !cut_short(system, control, solver, t)) return 0;
-    if ((changed || solver->restart) && !begin(system, control, solver, t)) return 0;
+    if ((changed || solver->restart) && !begin(system, control, solver, t, near)) return 0;
     if (!advance(system, control, solver, target, near, may_end, &ended)) return 0;
     const double end = ended ? solver->reached : target;
     if (solver->reached > end + near) {
         const int flag = ((Interpolate *)solver->interpolate)(solver->memory, end, 0, solver->between);
         if (flag < 0) return broken(control, solver, flag, end);
     } else {
-        memcpy(solver->between_values, solver->state_values, sizeof(double) * (size_t)(solver->states ? solver->states : 1));
+        memcpy(solver->between_values, solver->state_values, size_of_state(solver));
     }
     if (ended) return 1; /* the parts are there */
     return place_parts(system, control, end, solver->between_values) == EVALUATED || broken(control, solver, 0, end);

@@ -110,12 +110,17 @@ EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) { retur
 EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
 EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
 
+EXPORT fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_going_back, fmi2Boolean *event, fmi2Boolean *end) {
+    *event = *end = fmi2False;
+    return fmi2OK;
+}
+
 #define FINE(Name) EXPORT fmi2Status fmi2##Name(void) { return fmi2OK; }
 FINE(EnterInitializationMode) FINE(ExitInitializationMode) FINE(Terminate) FINE(SetDebugLogging) FINE(EnterEventMode)
 FINE(EnterContinuousTimeMode) FINE(SetTime)
 
 #define ABSENT(Name) EXPORT fmi2Status fmi2##Name(void) { return fmi2Error; }
 ABSENT(GetInteger) ABSENT(SetInteger) ABSENT(GetBoolean) ABSENT(SetBoolean) ABSENT(GetString) ABSENT(SetString)
-ABSENT(SerializedFMUstateSize) ABSENT(SerializeFMUstate) ABSENT(DeSerializeFMUstate) ABSENT(CompletedIntegratorStep)
+ABSENT(SerializedFMUstateSize) ABSENT(SerializeFMUstate) ABSENT(DeSerializeFMUstate)
 ABSENT(GetEventIndicators) ABSENT(SetRealInputDerivatives) ABSENT(GetRealOutputDerivatives) ABSENT(CancelStep) ABSENT(GetStatus)
 ABSENT(GetRealStatus) ABSENT(GetIntegerStatus) ABSENT(GetBooleanStatus) ABSENT(GetStringStatus)

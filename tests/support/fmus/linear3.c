@@ -129,6 +129,11 @@ EXPORT fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) { return
 EXPORT const char *fmi3GetVersion(void) { return "3.0"; }
 EXPORT void *fmi3InstantiateScheduledExecution(void) { return NULL; }
 
+EXPORT fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_going_back, fmi3Boolean *event, fmi3Boolean *end) {
+    *event = *end = fmi3False;
+    return fmi3OK;
+}
+
 #define FINE(Name) EXPORT fmi3Status fmi3##Name(void) { return fmi3OK; }
 FINE(ExitInitializationMode) FINE(Terminate) FINE(SetDebugLogging) FINE(EnterEventMode)
 FINE(EnterStepMode) FINE(EnterContinuousTimeMode) FINE(SetTime)
@@ -139,5 +144,5 @@ BOTH(Float32) BOTH(Int8) BOTH(UInt8) BOTH(Int16) BOTH(UInt16) BOTH(Int32) BOTH(U
 BOTH(String) BOTH(Binary) BOTH(Clock) BOTH(IntervalDecimal) BOTH(IntervalFraction) BOTH(ShiftDecimal) BOTH(ShiftFraction)
 ABSENT(GetNumberOfVariableDependencies) ABSENT(GetVariableDependencies) ABSENT(SerializedFMUStateSize) ABSENT(SerializeFMUState)
 ABSENT(DeserializeFMUState) ABSENT(GetAdjointDerivative) ABSENT(EnterConfigurationMode) ABSENT(ExitConfigurationMode)
-ABSENT(EvaluateDiscreteStates) ABSENT(CompletedIntegratorStep) ABSENT(GetEventIndicators) ABSENT(GetNumberOfEventIndicators)
+ABSENT(EvaluateDiscreteStates) ABSENT(GetEventIndicators) ABSENT(GetNumberOfEventIndicators)
 ABSENT(GetOutputDerivatives) ABSENT(ActivateModelPartition)
