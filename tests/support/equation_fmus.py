@@ -96,5 +96,5 @@ def equations_fmu(version: int, states: int = 2) -> Path:
 def equations(version: int, model: str, name: str = "x", **values: float) -> System:
     """A system of one such FMU."""
     system = System()
-    system.add(name, equations_fmu(version, 0 if model == "timer" else 2), model=float(MODELS[model]), **values)
+    system.add(name, equations_fmu(version, 0 if model == "timer" else 2), {"model": float(MODELS[model]), **values})
     return system
