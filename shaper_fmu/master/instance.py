@@ -111,8 +111,9 @@ class Instance:
             modes = {} if self.fmu.exchanges_model else {"eventModeUsed": self.event_mode, "earlyReturnAllowed": self.event_mode}
             self._load(description.instantiationToken, common)
             self.slave.instantiate(loggingOn=True, logMessage=self._logger, **modes)
-        elif self.fmu.version == 1:
-            LOGS1[self.name.encode()] = self.log
+            return
+        LOGS1[self.name.encode()] = self.log
+        if self.fmu.version == 1:
             self._load(description.guid, common)
             self.slave.instantiate(functions=CALLBACKS1, loggingOn=True)
             if not self.slave.component:  # of a slave fmpy does not look
@@ -220,9 +221,9 @@ class Instance:
             return 0
 
     def entry_points(self) -> tuple[int, ...]:
-        """Handle, version, whether it has event mode and is used by model exchange, and addresses: see layout.INSTANCE."""
+        """Handle, version, properties and addresses: see layout.INSTANCE."""
         version, exchange = self.fmu.version, self.fmu.exchanges_model
-        flags = int(self.event_mode), int(exchange)
+        flags = int(self.event_mode), int(exchange), int(not self.fmu.takes_any_step)
         if version == 1:
             names = ["fmiDoStep", "", "", "", "fmiResetSlave", "", "fmiInitializeSlave", ""]
             names = ["", "", "", "fmiEventUpdate", "", "fmiSetTime", "fmiInitialize", ""] if exchange else names

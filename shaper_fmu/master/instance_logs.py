@@ -26,7 +26,8 @@ from shaper_fmu.master.process_signals import SILENT
 LOGS: dict[int, deque[str]] = {}
 """Log messages by the instance's number, which is its component environment."""
 LOGS1: dict[int | bytes, deque[str]] = {}
-"""Of FMI 1.0, which has none, by the instance's address, and by its name: while it is made its address is not known."""
+"""By the instance's name, and of FMI 1.0, which has no number, by its address: while it is made its address is not known, and
+some FMUs of FMI 2.0 call without a number (20-sim's)."""
 
 
 def _log(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:

@@ -25,6 +25,7 @@ INSTANCE = record(
     int32_t version;                // of FMI
     int32_t event_mode;
     int32_t model_exchange;
+    int32_t rigid;                  // whether it takes steps of one length alone
     Function do_step;
     Function enter_event_mode;
     Function enter_step_mode;

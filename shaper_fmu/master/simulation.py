@@ -50,11 +50,18 @@ class Simulation:
     """Live instances of a system, to be run once or, by `reset`, many times. Close it, or use it in a with statement.
 
     `record` names the variables to record ("instance.variable"); all outputs if None. `metrics` are computed while the
-    system is stepped (see shaper_fmu/metrics): with record=[] no trajectory is kept. Raises ModelError if the system has a problem,
+    system is stepped (see shaper_fmu/metrics): with record=[] no trajectory is kept. `exact`: as runs will be (see `run`), so
+    that FMUs are used with event mode or without it from the beginning. Raises ModelError if the system has a problem,
     SimulationError if an FMU cannot be instantiated.
     """
 
-    def __init__(self, system: SystemStructure, record: Sequence[str] | None = None, metrics: Mapping[str, Metric] | None = None):
+    def __init__(
+        self,
+        system: SystemStructure,
+        record: Sequence[str] | None = None,
+        metrics: Mapping[str, Metric] | None = None,
+        exact: bool | None = None,
+    ):
         problems = system.check()
         if problems:
             raise ModelError(problems)
@@ -67,7 +74,7 @@ class Simulation:
         self.changed: dict[str, None] = {}  # of the process's state, by FMUs, and put back
         self._programs: dict[tuple[object, ...], Program] = {}
         try:
-            self.instantiate(treat_events(system, None).exact)
+            self.instantiate(treat_events(system, exact).exact)
         except BaseException:
             self.close()
             raise

@@ -37,5 +37,6 @@ class System(SystemStructure):
             return simulate_isolated(self, stop_time, step, time_limit=time_limit, **options)
         if time_limit is not None:
             raise ModelError([f"time_limit = {time_limit} s needs a process that can be killed: use isolate=True, too"])
-        with Simulation(self, record=options.pop("record", None), metrics=options.pop("metrics", None)) as simulation:
+        record, metrics = options.pop("record", None), options.pop("metrics", None)
+        with Simulation(self, record=record, metrics=metrics, exact=options.get("exact")) as simulation:
             return simulation.run(stop_time, step, **options)

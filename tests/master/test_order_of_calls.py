@@ -12,7 +12,7 @@ import pytest
 from reading_fmus import HIGHEST, LOWEST, lag_fmu, lagged
 
 from shaper_fmu import System
-from shaper_fmu.errors import SimulationError
+from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.algorithms import ALGORITHMS
 from shaper_fmu.master.batch import Batch, Plan
 from shaper_fmu.master.simulation import Simulation
@@ -22,7 +22,7 @@ from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import read_study
 
 STEP = 0.125
-FIXED_STEP, STEP_MODE, BOUNDS = 2, 3, 4  # as `strict`, see fmus/reading.h
+FIXED_STEP, STEP_MODE, BOUNDS, STOP_TIME = 2, 3, 4, 5  # as `strict`, see fmus/reading.h
 TIMES = np.arange(9) * STEP
 KINDS = [(2, False), (3, False), (3, True)]
 """FMI version, and whether with event mode."""
@@ -34,7 +34,7 @@ def ramp(t: float) -> float:
 
 def one(kind: tuple[int, bool], strict: int, source, **options) -> System:
     system = System()
-    system.add("lag", lag_fmu(kind[0], event_mode=kind[1]), strict=strict, count_in=3)
+    system.add("lag", lag_fmu(kind[0], event_mode=kind[1], rigid=strict == FIXED_STEP), strict=strict, count_in=3)
     system.drive("lag.u", source, **options)
     return system
 
@@ -325,7 +325,15 @@ def test_whole_steps_where_functions_drive_and_in_fmi3():
         assert one(kind, FIXED_STEP, ramp).simulate(1.0, 0.1)["lag.count_out"][-1] == 13
 
 
+@pytest.mark.parametrize(("start", "stop", "step"), WHOLE)
+def test_no_step_goes_beyond_the_stop_time_by_rounding(start, stop, step):
+    """20-sim's FMUs refuse it: 0.2 + 0.1 is more than 0.3 in doubles."""
+    for kind in KINDS:
+        results = one(kind, STOP_TIME, 1.0).simulate(stop, step, start_time=start)
+        assert results.time[-1] == stop
+
+
 def test_a_step_that_is_meant_shorter_is_shorter():
     assert one((2, False), 0, 1.0).simulate(0.25, 0.1)["lag.count_out"].tolist() == [3, 4, 5, 6]
-    with pytest.raises(SimulationError, match="DoStep"):
+    with pytest.raises(ModelError, match="takes no variable steps, so stop_time must be a multiple"):
         one((2, False), FIXED_STEP, 1.0).simulate(0.25, 0.1)

@@ -73,14 +73,24 @@ def _start(causality: str) -> str:
 
 
 @lru_cache
-def lag_fmu(version: int, *, declared: bool = True, annotation: str = "", event_mode: bool = False, bounded: bool = False) -> Path:
+def lag_fmu(
+    version: int,
+    *,
+    declared: bool = True,
+    annotation: str = "",
+    event_mode: bool = False,
+    bounded: bool = False,
+    rigid: bool = False,
+) -> Path:
     """The FMU; with its dependencies `declared` or not, with an `annotation` of this name that it may be read, with event mode, with
-    bounds of u."""
+    bounds of u, for steps of one length alone."""
     made = library(f"reading{version}")
-    path = made.with_name(f"lag_{version}_{declared}_{annotation}_{event_mode}_{bounded}.fmu")
+    path = made.with_name(f"lag_{version}_{declared}_{annotation}_{event_mode}_{bounded}_{rigid}.fmu")
     text = _description3(declared, annotation, event_mode) if version == 3 else _description2(declared, annotation)
     if bounded:  # u is the first that has a start value
         text = text.replace(' start="0"', f' min="{LOWEST}" max="{HIGHEST}" start="0"', 1)
+    if rigid:
+        text = text.replace('canHandleVariableCommunicationStepSize="true"', 'canHandleVariableCommunicationStepSize="false"')
     folder = fmpy.platform_tuple if version == 3 else fmpy.platform
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("modelDescription.xml", text)

@@ -244,7 +244,7 @@ static int cut_short(const System *system, Control *control, Solver *solver, dou
 
 int solve(const System *system, Control *control, double t, double h, int may_end) {
     Solver *const solver = solver_of(system);
-    const double target = t + h, near = time_rounding(t, h);
+    const double target = control->target, near = time_rounding(t, h);
     int changed = 0, ended = 0;
     solver->system = system;
     solver->control = control;

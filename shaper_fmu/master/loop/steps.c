@@ -113,7 +113,10 @@ static int take_step(const System *system, Control *control) {
     if (event || control->at_event) {
         control->events++;
         note(system, control, 1);
-        if (!end_in_event(system, control, control->t)) return 0;
+        if (!end_in_event(system, control, control->t)) {
+            if (control->fault == FAULT_TERMINATED && !control->everywhere) note(system, control, 0); /* what was before the event */
+            return 0;
+        }
     } else if (!exchange(system, control, control->t)) {
         return 0;
     }

@@ -19,6 +19,7 @@ enum { U, X, THROUGH, LOAD, COUNT_IN, COUNT_OUT, STRICT, CLOCK, SIZE }; /* value
 typedef struct {
     double value[SIZE];
     double steps, first_step, solver_u;
+    double stop; /* time */
     int event_mode;
     int stepping; /* initialized, and not in event mode */
     int set;      /* an input has been set since the last step */
@@ -65,8 +66,10 @@ static int readable(Lag *self) {
 }
 
 /* 0 if the step is refused. */
-static int step(Lag *self, double h) {
+static int step(Lag *self, double t, double h) {
     double *v = self->value;
+    if (v[STRICT] == 5.0 && t + h > self->stop)
+        return 0;
     if (self->steps == 0.0)
         self->first_step = h;
     if (v[STRICT] == 2.0 && h != self->first_step)

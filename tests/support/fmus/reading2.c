@@ -22,6 +22,7 @@ EXPORT void fmi2FreeInstance(fmi2Component c) { free(c); }
 
 EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start_time,
                                       fmi2Boolean stop_defined, fmi2Real stop_time) {
+    ((Lag *)c)->stop = stop_time;
     return fmi2OK;
 }
 
@@ -61,7 +62,7 @@ EXPORT fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[],
 }
 
 EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_going_back) {
-    return step(c, h) ? fmi2OK : fmi2Error;
+    return step(c, t, h) ? fmi2OK : fmi2Error;
 }
 
 EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) { return *state = saved(c), fmi2OK; }

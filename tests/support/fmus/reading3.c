@@ -24,6 +24,7 @@ EXPORT void fmi3FreeInstance(fmi3Instance c) { free(c); }
 
 EXPORT fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance,
                                               fmi3Float64 start_time, fmi3Boolean stop_defined, fmi3Float64 stop_time) {
+    ((Lag *)c)->stop = stop_time;
     return fmi3OK;
 }
 
@@ -61,7 +62,7 @@ TRANSFER(Int32)
 EXPORT fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no_going_back, fmi3Boolean *event,
                              fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *reached) {
     *event = *terminate = *early = 0, *reached = t + h;
-    return step(c, h) ? fmi3OK : fmi3Error;
+    return step(c, t, h) ? fmi3OK : fmi3Error;
 }
 
 EXPORT fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) { return *state = saved(c), fmi3OK; }
