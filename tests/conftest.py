@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import Phase, settings
@@ -71,25 +72,26 @@ def pytest_configure(config: pytest.Config) -> None:
             raise pytest.UsageError(f"tests are of {own}, but `import shaper_fmu` {where} finds {found}: pip install --editable .")
 
 
+def _built(tmp_path_factory: pytest.TempPathFactory, name: str, **options: Any) -> Path:
+    """A folder with the FMUs of all components, which the workers share: each begins at another end, and finds what others have built."""
+    base, worker = tmp_path_factory.getbasetemp(), os.environ.get("PYTEST_XDIST_WORKER")
+    folder = (base.parent if worker else base) / name
+    for component in list(components().values())[:: -1 if worker and int(worker[2:]) % 2 else 1]:
+        if not (folder / f"{component.__name__}.fmu").exists():  # written at once when it is complete
+            build_fmu(component, folder, **options)
+    return folder
+
+
 @pytest.fixture(scope="session")
 def fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the native FMUs of all components, FMI 2.0, for this machine."""
-    folder = tmp_path_factory.mktemp("fmus")
-    found = list(components().values())
-    if os.environ.get("PYTEST_XDIST_WORKER", "gw0")[-1] in "13579":
-        found.reverse()  # workers with an empty cache compile half of them each, and find the others
-    for component in found:
-        build_fmu(component, folder, platforms=["this"])
-    return folder
+    return _built(tmp_path_factory, "fmus", platforms=["this"])
 
 
 @pytest.fixture(scope="session")
 def python_fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The same by the python backend."""
-    folder = tmp_path_factory.mktemp("python_fmus")
-    for component in components().values():
-        build_fmu(component, folder, backend="python")
-    return folder
+    return _built(tmp_path_factory, "python_fmus", backend="python")
 
 
 GAIN = '''\

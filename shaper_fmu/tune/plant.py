@@ -241,7 +241,7 @@ class Plant:
         system = copied(self._system)
         instance, variable = system.split(self.input)
         system.start_values[instance].pop(variable, None)
-        system.add(SHAPER, fmu or fmu_path("InputShaper"), shaper, initial_command=rest)
+        system.add(SHAPER, fmu or fmu_path("InputShaper", platforms=["this"]), shaper, initial_command=rest)
         system.connect(f"{SHAPER}.{output}", self.input)
         return system
 

@@ -54,7 +54,7 @@ def test_the_work_of_trolley_and_hoist_is_the_loads_energy(hoist, zeta):
     Outputs of the native FMU every millisecond, Simpson's rule.
     """
     system = System()
-    system.add("crane", fmu_path("OverheadCrane"), initial_rope_length=LENGTH, damping_ratio=zeta)
+    system.add("crane", fmu_path("OverheadCrane", platforms=["this"]), initial_rope_length=LENGTH, damping_ratio=zeta)
     system.drive("crane.trolley_acceleration", 1.5)
     system.drive("crane.hoist_speed", hoist)
     names = ("swing_angle", "swing_rate", "swing_acceleration", "rope_length", "trolley_speed")

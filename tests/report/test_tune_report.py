@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from shaper_fmu import System, fmu_path
+from shaper_fmu import System
 from shaper_fmu.page.blocks import Block, Heading, Table, Text, write_report
 from shaper_fmu.page.figures import Figure, Line
 from shaper_fmu.report.tune.choice import apart
@@ -33,21 +33,21 @@ FEW = Requirements(kinds=("zv", "zvd", "ei"))
 
 
 @pytest.fixture(scope="module")
-def spring() -> Tuning:
+def spring(fmus) -> Tuning:
     """A mass and a spring whose mass varies."""
-    return varied_spring()
+    return varied_spring(fmus)
 
 
-def varied_spring() -> Tuning:
+def varied_spring(fmus) -> Tuning:
     requirements = replace(FEW, kinds=("zv", "zvd", "ei", "si"))
-    return tune_plant(fmu_path("MassSpringDamper"), "force", ["position"], spread={"mass": 0.1}, requirements=requirements)
+    return tune_plant(fmus / "MassSpringDamper.fmu", "force", ["position"], spread={"mass": 0.1}, requirements=requirements)
 
 
 @pytest.fixture(scope="module")
-def misfit() -> Tuning:
+def misfit(fmus) -> Tuning:
     """Nothing is as quick as asked for."""
     requirements = Requirements(kinds=("zv", "zvd"), longest_delay=0.35)
-    return tune_plant(fmu_path("MassSpringDamper"), "force", ["position"], spread={"mass": 0.3}, requirements=requirements)
+    return tune_plant(fmus / "MassSpringDamper.fmu", "force", ["position"], spread={"mass": 0.3}, requirements=requirements)
 
 
 @pytest.fixture(scope="module")
@@ -246,13 +246,13 @@ def test_impulses_in_the_json_leave_what_it_says(spring):
         assert one["delay"] == pytest.approx(delays[-1], rel=1e-12)
 
 
-def test_an_input_shaper_with_these_start_values_has_these_impulses(spring, misfit):
+def test_an_input_shaper_with_these_start_values_has_these_impulses(fmus, spring, misfit):
     """A step through the FMU: its levels between the impulses are their sums, and it jumps at no other time."""
     for tuning in (spring, misfit):
         numbers = tuning_numbers(tuning)
         for one in [numbers["choice"]["nearest"], numbers["choice"]["candidates"][numbers["choice"]["front"][-1]]]:
             system = System()
-            system.add("shaper", fmu_path("InputShaper"), one["start_values"])
+            system.add("shaper", fmus / "InputShaper.fmu", one["start_values"])
             system.drive("shaper.command", np.array([[0.0, 1.0]]))
             delays, sums = one["impulses"]["delay"], np.cumsum(one["impulses"]["amplitude"])
             step = (delays[-1] or 1.0) / 512.37
@@ -263,8 +263,8 @@ def test_an_input_shaper_with_these_start_values_has_these_impulses(spring, misf
             assert found["shaper.duration"][0] == pytest.approx(one["delay"], rel=1e-12, abs=1e-15)
 
 
-def test_the_same_numbers_each_time(spring, tmp_path):
-    again = varied_spring()
+def test_the_same_numbers_each_time(fmus, spring, tmp_path):
+    again = varied_spring(fmus)
     first, second = write_json(tmp_path / "a.json", spring), write_json(tmp_path / "b.json", again)
     assert first.read_bytes() == second.read_bytes()
     for one, other in zip(tuning_blocks(spring), tuning_blocks(again), strict=True):
@@ -275,9 +275,9 @@ def test_the_same_numbers_each_time(spring, tmp_path):
             assert one == other
 
 
-def test_where_nothing_vibrates(tmp_path):
+def test_where_nothing_vibrates(fmus, tmp_path):
     """Above critical damping, 2 sqrt(100 * 1) = 20 N s/m."""
-    tuning = tune_plant(fmu_path("MassSpringDamper"), "force", ["position"], start_values={"damping": 25.0}, requirements=FEW)
+    tuning = tune_plant(fmus / "MassSpringDamper.fmu", "force", ["position"], start_values={"damping": 25.0}, requirements=FEW)
     blocks = tuning_blocks(tuning)
     assert headings(blocks) == SECTIONS[:4]
     assert Text("There is no mode of vibration.") in blocks
@@ -290,11 +290,11 @@ def test_where_nothing_vibrates(tmp_path):
     assert sorted(one["pole"][0] for one in found["other_poles"]) == pytest.approx([-20.0, -5.0], rel=1e-6)
 
 
-def test_an_unstable_plant(tmp_path):
+def test_an_unstable_plant(fmus, tmp_path):
     """s^3 + s^2 + 150 s + 400 has a pair of roots on the right."""
     system = System("loop")
-    system.add("plant", fmu_path("MassSpringDamper"))
-    system.add("controller", fmu_path("PositionController"), proportional_gain=50.0, derivative_gain=0.0, integral_gain=400.0)
+    system.add("plant", fmus / "MassSpringDamper.fmu")
+    system.add("controller", fmus / "PositionController.fmu", proportional_gain=50.0, derivative_gain=0.0, integral_gain=400.0)
     system.connect("controller.force", "plant.force")
     system.connect("plant.position", "controller.position")
     system.connect("plant.velocity", "controller.velocity")
@@ -360,10 +360,10 @@ def test_of_many_outputs_those_that_vibrate_most_are_shown():
     assert any(isinstance(block, Text) and block.text.startswith("Of 14 outputs the 12 are shown") for block in blocks)
 
 
-def test_a_profile_of_a_move(tmp_path):
+def test_a_profile_of_a_move(fmus, tmp_path):
     """Its start values are a MotionProfile's; the FMU ends the move at its duration."""
     requirements = Requirements(move=Move(1.0, max_acceleration=30.0), kinds=("trapezoid", "cycloid"))
-    tuning = tune_plant(fmu_path("MassSpringDamper"), "force", ["position"], requirements=requirements)
+    tuning = tune_plant(fmus / "MassSpringDamper.fmu", "force", ["position"], requirements=requirements)
     assert tuning.candidate is not None
     law = tuning.candidate.profile
     assert law is not None
@@ -373,7 +373,7 @@ def test_a_profile_of_a_move(tmp_path):
     rows = dict(table(tuning_blocks(tuning), "Start values of the MotionProfile").rows)
     assert float(rows["duration"]) == pytest.approx(law.duration, rel=1e-14)
     system = System()
-    system.add("profile", fmu_path("MotionProfile"), found["profile"])
+    system.add("profile", fmus / "MotionProfile.fmu", found["profile"])
     times = system.simulate(1.1 * law.duration, law.duration / 100.0, record=["profile.position"])
     assert times["profile.position"] == pytest.approx(law.position(times.time), abs=1e-9)
     assert json.dumps(tuning_numbers(tuning), allow_nan=False)

@@ -11,18 +11,23 @@ from pathlib import Path
 import pytest
 
 from shaper_fmu.cli.main import main
+from shaper_fmu.export.native.toolchain import platform_named
 
 MAIN = [sys.executable, "-c", "from shaper_fmu.cli.main import main; main()"]
 Done = subprocess.CompletedProcess[str]
 
 
 def typed(*arguments: str | Path, cwd: Path) -> Done:
-    """What the command does, prints and exits with, in this process."""
+    """What the command does, prints and exits with, in this process.
+
+    FMUs that it builds for the usual platforms are built for this machine alone: `in_a_process` builds them for all, which takes long.
+    """
     out, err, words = io.StringIO(), io.StringIO(), ["shaper-fmu", *map(str, arguments)]
     code: object = 0
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
         patch.chdir(cwd)
         patch.setattr(sys, "argv", words)
+        patch.setattr("shaper_fmu.export.build.USUAL_PLATFORMS", (platform_named("this").name,))
         try:
             main()
         except SystemExit as end:

@@ -15,6 +15,7 @@ from test_tune_experiment import pid_loop, swinging, three_mass_loop
 from three_mass_loop import closed_loop, response
 
 from shaper_fmu import ImpulseSequence, System, requirements_for, tune_plant, verify
+from shaper_fmu.export.native.toolchain import PLATFORMS, USUAL_PLATFORMS
 from shaper_fmu.ssp.archive import load_ssp
 from shaper_fmu.ssp.check import check_ssp
 from shaper_fmu.ssp.parameter_sets import apply_parameter_set
@@ -36,7 +37,7 @@ def spring(fmus, tmp_path_factory) -> tuple[Path, Done]:
     """A mass and a spring, tuned for a mass that varies by 10 %."""
     folder = tmp_path_factory.mktemp("tuned")
     plant = fmus / "MassSpringDamper.fmu"
-    done = in_a_process("tune", plant, "--input", "force", "--output", "position", "--vary", "mass=10%", *PLANT, cwd=folder)
+    done = tuned(plant, "--input", "force", "--output", "position", "--vary", "mass=10%", *PLANT, cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder / "MassSpringDamper_tuned", done
 
@@ -112,8 +113,12 @@ def test_a_closed_loop_in_an_archive(fmus, tmp_path):
     loop = three_mass_loop(fmus)
     loop.to_ssp(tmp_path / "loop.ssp", stop_time=10.0, step=0.01)
     options = ["--input", "controller.reference", "--output", "chain.position[3]", "--margin", "5%", "--no-report"]
-    done = tuned("loop.ssp", *options, cwd=tmp_path)
+    done = in_a_process("tune", "loop.ssp", *options, cwd=tmp_path)
     assert done.returncode == 0, done.stderr + done.stdout
+    with zipfile.ZipFile(tmp_path / "loop_tuned" / "InputShaper_loop.fmu") as fmu:
+        assert {PLATFORMS[name].fmi2_folder for name in USUAL_PLATFORMS} <= {
+            path.split("/")[1] for path in fmu.namelist() if "/" in path
+        }
     numbers = json.loads((tmp_path / "loop_tuned" / "tuning.json").read_text())
     poles = swinging(closed_loop()[0])
     found = [(mode["natural_frequency"], mode["damping_ratio"]) for mode in numbers["modes"]]

@@ -31,7 +31,7 @@ def of_kind(kind: str, **options) -> Candidate:
 
 
 def verified(kind: str, spread: dict[str, float], **options) -> Verification:
-    plant = fmu_path("MassSpringDamper")
+    plant = fmu_path("MassSpringDamper", platforms=["this"])
     return verify(plant, "force", ["position"], of_kind(kind), BOXES, spread, start_values=PLANT, **options)
 
 
@@ -73,9 +73,9 @@ def test_two_parameters_at_their_worst_corner():
     assert "does not hold" in found.reason
 
 
-def test_the_plant_in_a_system_at_an_operating_point():
+def test_the_plant_in_a_system_at_an_operating_point(fmus):
     system = System("machine")
-    system.add("body", fmu_path("MassSpringDamper"), PLANT)
+    system.add("body", fmus / "MassSpringDamper.fmu", PLANT)
     system.set("body.damping", 4.0)  # with it the body has come to rest under the force of 30 before the step
     candidate = choose([ModeBox.around(W, 0.2)], Requirements(kinds=("zvd",)), floor=False).candidates[1]
     found = verify(
@@ -117,16 +117,16 @@ def test_the_reason_never_says_more_than_the_verdict():
     assert not replace(seen, step_change=0.05).holds
 
 
-def test_outputs_that_drift_are_refused():
+def test_outputs_that_drift_are_refused(fmus):
     """Without springs to the ground the chain moves on for ever under a force."""
     names = ["position[3]"]
     boxes = [ModeBox.around(W, 0.01)]
     candidate = choose(boxes, Requirements(kinds=("zvd",)), floor=False).candidates[1]
     with pytest.raises(ComponentError, match=r"plant.position\[3\] does not settle after a step of plant.force"):
-        verify(fmu_path("ThreeMassChain"), "force", names, candidate, boxes, {})
+        verify(fmus / "ThreeMassChain.fmu", "force", names, candidate, boxes, {})
 
 
-def test_what_makes_no_sense_is_refused():
+def test_what_makes_no_sense_is_refused(fmus):
     with pytest.raises(ModelError, match="Did you mean 'mass'"):
         verified("zvd", {"mas": 0.1})
     with pytest.raises(ModelError, match="cannot vary"):
@@ -135,15 +135,15 @@ def test_what_makes_no_sense_is_refused():
         verified("zvd", {}, command=Command(amplitude=0.0))
     candidate = choose(BOXES, Requirements(move=Move(1.0), kinds=("cycloid",))).candidates[0]
     with pytest.raises(ComponentError, match="no shaper"):
-        verify(fmu_path("MassSpringDamper"), "force", ["position"], candidate, BOXES, {})
+        verify(fmus / "MassSpringDamper.fmu", "force", ["position"], candidate, BOXES, {})
     assert np.isfinite(verified("zv", {}).worst.share)
 
 
-def test_boxes_come_from_experiments():
+def test_boxes_come_from_experiments(fmus):
     """A mass on a spring: w = sqrt(k / m), and the input's step moves it by 1 / k, all of it in one mode."""
     masses = [1.0, 0.8, 1.25]
     points = [{"mass": m, "stiffness": 100.0, "damping": 0.4} for m in masses]
-    plant = identify_plant(fmu_path("MassSpringDamper"), "force", ["position"], points=points)
+    plant = identify_plant(fmus / "MassSpringDamper.fmu", "force", ["position"], points=points)
     (box,) = mode_boxes(plant)
     assert box.frequencies == pytest.approx((10.0 / math.sqrt(1.25), 10.0 / math.sqrt(0.8)), rel=1e-3)
     assert box.natural_frequency.nominal == pytest.approx(10.0, rel=1e-3)
@@ -162,12 +162,12 @@ def test_a_plant_that_swings_before_the_step_is_refused_with_numbers():
         verified("zvd", {}, command=Command(30.0, 2.0, 1.0))
 
 
-def test_a_coupled_system_is_stepped_finely_enough():
+def test_a_coupled_system_is_stepped_finely_enough(fmus):
     """The loop of Jung 2011: before and after from the step response of its matrices, within a few thousandths of the tolerance."""
     loop = System("loop")
     chain = {"mass": MASS, "stiffness": STIFFNESS, "damping": DAMPING}
-    loop.add("chain", fmu_path("ThreeMassChain"), chain)
-    loop.add("controller", fmu_path("PositionController"), {"proportional_gain": KP, "integral_gain": 0.0, "derivative_gain": KD})
+    loop.add("chain", fmus / "ThreeMassChain.fmu", chain)
+    loop.add("controller", fmus / "PositionController.fmu", {"proportional_gain": KP, "integral_gain": 0.0, "derivative_gain": KD})
     for source, target in (("position[1]", "position"), ("velocity[1]", "velocity")):
         loop.connect(f"chain.{source}", f"controller.{target}")
     loop.connect("controller.force", "chain.force")
