@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is loaded: more would spin, waiting for each other's core
+
 import pytest
 from hypothesis import Phase, settings
 

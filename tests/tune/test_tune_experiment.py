@@ -18,7 +18,7 @@ from shaper_fmu.tune.identify.experiment import PlantIdentification, experiment
 from shaper_fmu.tune.identify.range import identify_plant, match_modes, operating_points
 from shaper_fmu.tune.plant import Plant
 
-DRAWS = 10
+DRAWS = 20
 WELL_SEEN = 0.1
 
 
@@ -29,7 +29,7 @@ def swinging(matrix: np.ndarray) -> list[complex]:
 
 @pytest.fixture(scope="module")
 def draws(fmus) -> dict[str, list[tuple[Hidden, PlantIdentification]]]:
-    """For each of four plants 10 experiments on hidden random parameters, with the true poles."""
+    """For each of four plants 20 experiments on hidden random parameters, with the true poles."""
     found = {}
     for seed, (name, make) in enumerate(HIDDEN.items()):
         rng = np.random.default_rng(seed)
@@ -44,7 +44,7 @@ LIMITS = {"MassSpringDamper": 1e-9, "OverheadCrane": 2e-5, "ThreeMassChain": 1e-
 
 @pytest.mark.parametrize("name", HIDDEN)
 def test_hidden_modes_are_found(draws, name):
-    """40 draws in all, noise-free: frequencies within 0.1 %, damping ratios within 2 % (all above 0.005), of eigenvalues by numpy.
+    """80 draws in all, noise-free: frequencies within 0.1 %, damping ratios within 2 % (all above 0.005), of eigenvalues by numpy.
 
     They are far closer: to rounding for linear plants, of the crane to the shift by its amplitude, of the beam to the error of
     the finite elements that tell the truth. All agree with the FMU's linearization.
@@ -87,9 +87,9 @@ def loss(found: PlantIdentification, k: int, sigma: np.ndarray) -> float:
     return float(ncx2.cdf((4 + 2 * c) * math.log(n * c), 2 + 2 * c, energy))
 
 
-SEEDS = (7, 8, 9, 10)
+SEEDS = (7, 8)
 CERTAIN = 1e-6
-"""Probability below which nothing happens: 40 draws decide by no last bits of a processor then, but by what is wrong."""
+"""Probability below which nothing happens: 80 draws decide by no last bits of a processor then, but by what is wrong."""
 
 
 def most(count: int, chance: float) -> int:
