@@ -65,6 +65,8 @@ TRANSFER = record(
     size_t reference_count;
     const Element *elements;
     size_t element_count;
+    int32_t sparing;                // whether the FMU is only told values that differ from the last ones
+    int32_t told;                   // whether it has been told any
     void *values;
     """,
 )
@@ -188,6 +190,7 @@ PART = record(
     Function directional;           // derivatives; none where it has none
     const uint32_t *references;     // of states
     const uint32_t *rates;          // references of their derivatives
+    int32_t placed;                 // whether it has been since it has heard of the end of a step
     """,
 )
 """An FMU without a solver of its own: a part of the system of equations."""
@@ -226,7 +229,6 @@ SOLVER = record(
     int32_t restart;                // whether it has to begin anew
     int32_t pending;                // whether the parts have not heard of the end of its last step
     int32_t at_root;                // whether an event indicator changes its sign there
-    int32_t placed;                 // whether the parts have been placed since they have heard of the end of a step
     int32_t held_back;              // whether it does not go beyond the step's end, where inputs may jump
     int32_t events_at_once;
     int32_t shrinking;              // intervals between events, one after the other

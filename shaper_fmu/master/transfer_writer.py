@@ -46,13 +46,15 @@ class TransferWriter:
     scalings: list[tuple[float, float]] = field(default_factory=list)  # of the elements, as they are set
     mappings: list[tuple[Mapping[int, int], bool]] = field(default_factory=list)  # of the elements, and whether they are closed
     size: int = 0
+    _sparing: dict[tuple[object, ...], Operation] = field(default_factory=dict)  # sets of FMI 1.0's models, each once
 
     def transfer(
         self, verb: str, name: str, variables: Sequence[str], place: Callable[[str], int], calling: bool = True
     ) -> list[Operation]:
         """Transfers of these variables (scalars by name), one for each type; `place` tells where an element is on the bus.
 
-        Without `calling` the values come as far as the transfer's memory (see `kept`), but not to the FMU.
+        Without `calling` the values come as far as the transfer's memory (see `kept`), but not to the FMU. A model of FMI 1.0 is told
+        values that differ alone: AMESim's take none between the end of a step, or their initialization, and the event.
         """
         instance = self.instances[name]
         fmu, types = instance.fmu, {1: _FMI1, 2: _FMI2, 3: _FMI3}[instance.fmu.version]
@@ -72,24 +74,32 @@ class TransferWriter:
         wholes = instance.fmu.whole_variables(chosen)
         elements = [element for _, group in wholes for element in group]
         full_name = standard_name(f"fmi{instance.fmu.version}{verb}{function}")
+        places = [place(element) for element in elements]
+        sparing = version == 1 and instance.fmu.exchanges_model and verb == "Set" and calling
+        key = (full_name, name, *elements, *places)
+        if sparing and key in self._sparing:
+            return self._sparing[key]
         self.size = -(-self.size // 8) * 8
         counts = len(self.references), len(wholes), len(self.places), len(elements)
         address = instance.address(full_name) if calling else 0
         if calling and not address:
             raise ModelError([f"{name}: the library of {instance.fmu.name} lacks the function {full_name}"])
-        row = (address, instance.handle, version, kind, *counts, self.size)
+        row = (address, instance.handle, version, kind, *counts, sparing, 0, self.size)
         self.transfers.append(row)
         self.labels.append((name, full_name, elements))
         self.references += [reference for reference, _ in wholes]
-        self.grouped.append([place(element) for element in elements])
-        self.places += self.grouped[-1]
+        self.grouped.append(places)
+        self.places += places
         self.scalings += [self._scaling((name, element), verb == "Set") for element in elements]
         self.mappings += [self._mapping((name, element)) for element in elements]
         self.size += of.SIZES[kind] * len(elements)
         negated = verb == "Get" and any(scaling != (1.0, 0.0) for scaling in self.scalings[-len(elements) :])
-        straight = version < 3 and kind == of.F8 and calling and not negated
+        straight = version < 3 and kind == of.F8 and calling and not negated and not sparing
         code = (of.SET2 if straight else of.SET) if verb == "Set" else (of.GET2 if straight else of.GET)
-        return code, len(self.transfers) - 1
+        operation = code, len(self.transfers) - 1
+        if sparing:
+            self._sparing[key] = operation
+        return operation
 
     def _scaling(self, port: Port, setting: bool) -> tuple[float, float]:
         """What an element's value is multiplied by, and what is added to it, on its way between the bus and the FMU."""
@@ -109,7 +119,7 @@ class TransferWriter:
             for i, element in enumerate(elements):
                 where = place(element)
                 if where is not None:
-                    self.transfers.append((0, 0, 0, kind, 0, 0, len(self.places), 1, values + of.SIZES[kind] * i))
+                    self.transfers.append((0, 0, 0, kind, 0, 0, len(self.places), 1, 0, 0, values + of.SIZES[kind] * i))
                     self.labels.append((name, "", [element]))
                     self.grouped.append([where])
                     self.places.append(where)

@@ -152,7 +152,7 @@ def wait_for_another_thread() -> None:
     here, semaphore = CDLL(None), create_string_buffer(64)
     here.sem_init(semaphore, 0, 0)
     wait = cast(here.sem_wait, c_void_p).value
-    transfers = np.array([(wait, addressof(semaphore), 2, of.F8, 0, 0, 0, 0, 0)], of.TRANSFER)
+    transfers = np.array([(wait, addressof(semaphore), 2, of.F8, 0, 0, 0, 0, 0, 0, 0)], of.TRANSFER)
     layout = layout_with(transfers=transfers, initial_program=np.array([(of.SET, 0)], of.OPERATION))
     system, control, begun = of.addresses_of(layout), of.Control(), threading.Event()
 

@@ -53,6 +53,7 @@ static int update(const System *system, Control *control, int number, double t) 
         instance->settled = 0;
         return 0;
     }
+    if (instance->version == 1 && !complete_before_event(system, control, number, t)) return FAILED;
     Update found;
     const int status = instance->version == 3   ? update3(instance, &found)
                        : instance->version == 2 ? update2(instance, &found)
@@ -69,7 +70,6 @@ static int update(const System *system, Control *control, int number, double t) 
 
 /* Have all instances with event mode enter or leave it; of the parts alone with `parts`. FMI 1.0 has no modes. */
 static int all_in_mode(const System *system, Control *control, int entering, int parts, double t) {
-    if (entering && !complete_before_event(system, control, t)) return 0;
     for (size_t i = 0; i < system->instances.count; i++) {
         const Instance *const instance = &system->instances.at[i];
         if (!instance->event_mode || (parts && !instance->model_exchange)) continue;

@@ -53,9 +53,9 @@ static int set_states(Control *control, const Part *part, double t, const double
 }
 
 int place_parts(const System *system, Control *control, double t, const double *state) {
-    system->solvers.at[0].placed = 1;
     for (size_t i = 0; i < system->parts.count; i++) {
-        const Part *const part = &system->parts.at[i];
+        Part *const part = &system->parts.at[i];
+        part->placed = 1;
         int judgement = set_time(control, part, t);
         if (!judgement) judgement = set_states(control, part, t, state);
         if (judgement) return judgement;
@@ -147,21 +147,21 @@ static int tell_completed(Control *control, const Part *part, double t, int *eve
 }
 
 int complete_step(const System *system, Control *control, double t, int *event) {
-    system->solvers.at[0].placed = 0;
     for (size_t i = 0; i < system->parts.count; i++) {
+        system->parts.at[i].placed = 0;
         const int judgement = tell_completed(control, &system->parts.at[i], t, event);
         if (judgement) return judgement;
     }
     return EVALUATED;
 }
 
-int complete_before_event(const System *system, Control *control, double t) {
+int complete_before_event(const System *system, Control *control, int instance, double t) {
     int event = 0;
-    if (!system->parts.count || !system->solvers.at[0].placed) return 1;
-    system->solvers.at[0].placed = 0;
     for (size_t i = 0; i < system->parts.count; i++) {
-        const Part *const part = &system->parts.at[i];
-        if (part->version == 1 && tell_completed(control, part, t, &event))
+        Part *const part = &system->parts.at[i];
+        if (part->instance != instance || !part->placed) continue;
+        part->placed = 0;
+        if (tell_completed(control, part, t, &event))
             return control->fault ? 0 : fail(control, FAULT_CALL_FAILED, 2, number_of(part), CALLED_CompletedIntegratorStep, t);
     }
     return 1;

@@ -27,8 +27,8 @@ int get_states(const System *system, Control *control, double t, double *state, 
 /* Tell the parts that want to hear of it that a step is completed; *event: whether one asks for an event. */
 int complete_step(const System *system, Control *control, double t, int *event);
 
-/* The same, where it has not been told: FMI 1.0's parts take no event else. */
-int complete_before_event(const System *system, Control *control, double t);
+/* The same for an instance that has not been told: those of FMI 1.0 take no event else. */
+int complete_before_event(const System *system, Control *control, int instance, double t);
 
 /* Whether inputs from outside have other values than when this was asked last. */
 int inputs_have_changed(const System *system, Control *control, double t, int *changed);

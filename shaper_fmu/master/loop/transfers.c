@@ -111,12 +111,18 @@ int set_values(const System *system, Control *control, int number, double t) {
     const Transfer *const transfer = &system->transfers.at[number];
     const size_t size = size_of(transfer->type);
     char *const values = transfer->values;
+    int differs = !(transfer->sparing && transfer->told);
     for (size_t i = 0; i < transfer->element_count; i++) {
+        char last[8];
+        memcpy(last, values + i * size, size);
         const double given = scaled(&transfer->elements[i]);
         const double value = mapped(&transfer->elements[i], given);
         if (!isfinite(value)) return fail(control, isfinite(given) ? FAULT_NO_ITEM : FAULT_NOT_FINITE, 0, number, (int)i, t);
         if (!put(transfer->type, values + i * size, value)) return fail(control, FAULT_NOT_IN_RANGE, 0, number, (int)i, t);
+        differs |= memcmp(last, values + i * size, size) != 0;
     }
+    if (!differs) return 1;
+    system->transfers.at[number].told = 1;
     return judge(control, call(transfer), number, -1, t);
 }
 
