@@ -84,9 +84,10 @@ class Cvode:
         row: Any = self.row[0]
         row["memory"], row["states"], row["indicators"] = self._memory.value, states, indicators
         row["columns"] = self._columns.ctypes.data
-        self._values = np.zeros(count + indicators), np.zeros(max(1, indicators), np.int32)
+        self._values = np.zeros(count + 2 * indicators), np.zeros(max(1, indicators), np.int32)
         row["begin_values"], row["signs"] = (array.ctypes.data for array in self._values)
         row["indicator_values"] = row["begin_values"] + 8 * count
+        row["left_indicators"] = row["indicator_values"] + 8 * indicators
         for name, vector, place in zip(("state", "absolute", "between"), self._vectors, values, strict=True):
             row[name], row[f"{name}_values"] = vector, place
         for name, function in _CALLED.items():

@@ -219,6 +219,8 @@ SOLVER = record(
     Function column;                // SUNDenseMatrix_Column
     double **columns;               // of the Jacobian
     double *begin_values;           // states at the beginning
+    double *left_indicators;        // at the end of a step
+    int32_t has_left;               // whether they are known
     double *indicator_values;
     int32_t *signs;                 // of event indicators that are 0 there: what they become
     const void *system;             // at work

@@ -53,8 +53,8 @@ class TransferWriter:
     ) -> list[Operation]:
         """Transfers of these variables (scalars by name), one for each type; `place` tells where an element is on the bus.
 
-        Without `calling` the values come as far as the transfer's memory (see `kept`), but not to the FMU. A model of FMI 1.0 is told
-        values that differ alone: AMESim's take none between the end of a step, or their initialization, and the event.
+        Without `calling` the values come as far as the transfer's memory (see `kept`), but not to the FMU. A model of FMI 1.0 is
+        told values that differ alone: AMESim's take none between the end of a step, or their initialization, and the event.
         """
         instance = self.instances[name]
         fmu, types = instance.fmu, {1: _FMI1, 2: _FMI2, 3: _FMI3}[instance.fmu.version]

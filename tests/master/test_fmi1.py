@@ -268,6 +268,20 @@ def test_slaves_and_models_drive_each_other():
     assert results["x.position"] == pytest.approx(moved(forces, STEP), abs=1e-6)
 
 
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "parallel"])
+def test_an_input_that_jumps_over_an_event_indicator_is_an_event(algorithm):
+    """It is held over each step, so that no solver sees the indicator cross 0: the mass stands still until the force is beyond."""
+    system = System()
+    system.add("lag", lag_fmu(2), u=2.0, count_in=0)
+    system.add("x", model(), stiction=1.0)
+    system.connect("lag.x", "x.force")
+    exact = None if algorithm != "gauss_seidel" else False  # which holds what is at t over steps that end at events
+    results = system.simulate(1.0, STEP, algorithm=algorithm, exact=exact, solver_tolerance=1e-9)
+    forces = results["lag.x"][1:] if algorithm == "gauss_seidel" else results["lag.x"][:-1]
+    assert 0 < np.count_nonzero(forces > 1.0) < STEPS
+    assert results["x.position"] == pytest.approx(moved(np.where(forces > 1.0, forces, 0.0), STEP), abs=1e-7)
+
+
 def test_descriptions_in_the_terms_of_fmi_2():
     """Roles as in FMI 2.0's section 2.2.7; what has no start value cannot be set in FMI 1.0."""
     changes = (

@@ -100,7 +100,7 @@ def set_and_got(kind: int, value: float) -> tuple[int, bytes, float]:
     elements = np.array([(bus.ctypes.data + 8 * i, 1.0, 0.0, 0, 0, 0) for i in range(2)], of.ELEMENT)
     addresses = [elements.ctypes.data + of.ELEMENT.itemsize * i for i in range(2)]
     calls = (cast(function, c_void_p).value, 0)
-    rows = [(call, 0, 2, kind, 0, 1, address, 1, memory.ctypes.data) for call, address in zip(calls, addresses, strict=True)]
+    rows = [(call, 0, 2, kind, 0, 1, address, 1, 0, 0, memory.ctypes.data) for call, address in zip(calls, addresses, strict=True)]
     program = np.array([(of.SET, 0), (of.KEEP, 1)], of.OPERATION)
     layout = layout_with(bus=bus, elements=elements, transfers=np.array(rows, of.TRANSFER), initial_program=program)
     system, control = of.addresses_of(layout), of.Control()

@@ -39,6 +39,7 @@ _VARIABLES = "".join([
     _scalar("seen", 7, 'causality="output"', "Real", _NONE),
     _scalar("fault", 0, 'variability="parameter"', 'Integer start="0"'),
     _scalar("fault_time", 6, 'variability="parameter"', 'Real start="0"'),
+    _scalar("stiction", 9, 'variability="parameter"', 'Real start="0"'),
     _scalar("count_in", 1, 'causality="input" variability="discrete"', 'Integer start="0"'),
     _scalar("count_out", 2, 'causality="output" variability="discrete"', "Integer"),
     _scalar("steps", 3, 'causality="output" variability="discrete"', "Integer", _NONE),
@@ -54,7 +55,7 @@ def description(implementation: str) -> str:
     """The model description; of a slave, or of a model without an `implementation`."""
     return (
         '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="1.0" modelName="spring" modelIdentifier="spring" '
-        f'guid="spring" numberOfContinuousStates="2" numberOfEventIndicators="0">{_UNITS}'
+        f'guid="spring" numberOfContinuousStates="2" numberOfEventIndicators="1">{_UNITS}'
         f"<ModelVariables>{_VARIABLES}</ModelVariables>{implementation}</fmiModelDescription>"
     )
 

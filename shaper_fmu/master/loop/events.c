@@ -148,7 +148,8 @@ int handle_event(const System *system, Control *control, double t, int entering)
             if (!exchange_between_parts(system, control, t)) return 0;
             if (!execute(system, control, system->event_read_program, t, 0.0)) return 0;
         }
-        if (!again) return all_in_mode(system, control, 0, 0, t) && resume(system, control, t);
+        if (again) continue;
+        return all_in_mode(system, control, 0, 0, t) && note_indicators(system, control, t) && resume(system, control, t);
     }
     return fail(control, FAULT_ENDLESS_EVENTS, 0, -1 - asking, CALLED_UpdateDiscreteStates, t);
 }

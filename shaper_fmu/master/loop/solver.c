@@ -242,15 +242,36 @@ static int cut_short(const System *system, Control *control, Solver *solver, dou
     return !event || handle_event_of_parts(system, control, t);
 }
 
+/* Whether the inputs have jumped an event indicator to its other side: CVODE begins after it, and sees no change of its sign. */
+static int has_crossed(const System *system, Control *control, Solver *solver, double t, int *crossed) {
+    double *const now = solver->indicator_values;
+    if (!solver->indicators || !solver->has_left) return 1;
+    control->refused = FAULT_NO_FAULT;
+    if (get_indicators(system, control, t, now)) return broken(control, solver, 0, t);
+    for (int i = 0; i < solver->indicators; i++)
+        if ((now[i] > 0.0) != (solver->left_indicators[i] > 0.0)) *crossed = 1;
+    return 1;
+}
+
+int note_indicators(const System *system, Control *control, double t) {
+    Solver *const solver = solver_of(system);
+    if (!solver || !solver->indicators) return 1;
+    control->refused = FAULT_NO_FAULT;
+    if (get_indicators(system, control, t, solver->left_indicators)) return broken(control, solver, 0, t);
+    return solver->has_left = 1;
+}
+
 int solve(const System *system, Control *control, double t, double h, int may_end) {
     Solver *const solver = solver_of(system);
     const double target = control->target, near = time_rounding(t, h);
-    int changed = 0, ended = 0;
+    int changed = 0, ended = 0, crossed = 0;
     solver->system = system;
     solver->control = control;
     if (!inputs_have_changed(system, control, t, &changed)) return 0;
     solver->held_back = changed && !solver->restart;
     if (solver->held_back && solver->pending && !cut_short(system, control, solver, t)) return 0;
+    if (changed && !has_crossed(system, control, solver, t, &crossed)) return 0;
+    if (crossed && !handle_event_of_parts(system, control, t)) return 0;
     if ((changed || solver->restart) && !begin(system, control, solver, t, near)) return 0;
     if (!advance(system, control, solver, target, near, may_end, &ended)) return 0;
     const double end = ended ? solver->reached : target;
@@ -260,6 +281,8 @@ int solve(const System *system, Control *control, double t, double h, int may_en
     } else {
         memcpy(solver->between_values, solver->state_values, size_of_state(solver));
     }
+    solver->has_left = 0;
     if (ended) return 1; /* the parts are there */
-    return place_parts(system, control, end, solver->between_values) == EVALUATED || broken(control, solver, 0, end);
+    if (place_parts(system, control, end, solver->between_values)) return broken(control, solver, 0, end);
+    return note_indicators(system, control, end);
 }

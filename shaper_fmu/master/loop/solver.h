@@ -15,6 +15,9 @@ int solve(const System *system, Control *control, double t, double h, int may_en
 /* An event has been handled: states and derivatives may have jumped. */
 void restart_solver(const System *system);
 
+/* Keep the event indicators at t, before inputs change: where these jump one over 0, that is an event. */
+int note_indicators(const System *system, Control *control, double t);
+
 /* What CVODE calls. */
 LOOP_API int loop_derivatives(double t, void *state, void *rates, void *solver);
 LOOP_API int loop_indicators(double t, void *state, double *indicators, void *solver);

@@ -3,7 +3,8 @@
 
    `fault`: 1 steps fail, 2 steps are discarded, 3 steps end in the background, 4 initialization returns a warning, 5 no instance is
    made, 6 reset fails, 7 initialization fails, 8 a model asks to end the simulation at initialization; from `fault_time` on. With
-   `held` set the mass is held still. A model has a time event every 0.35 s, each of which is one of its steps. */
+   `held` set the mass is held still. A model stands still until an event finds a force beyond `stiction`, if that is not 0; it
+   has a time event every 0.35 s, each of which is one of its steps. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -14,7 +15,7 @@
 #define EXPORT __attribute__((visibility("default")))
 #define NAME(function) spring_##function
 
-enum { FORCE, POSITION, SPEED, MASS, STIFFNESS, DAMPING, FAULT_TIME, SEEN, SUM, REALS }; /* references of real numbers */
+enum { FORCE, POSITION, SPEED, MASS, STIFFNESS, DAMPING, FAULT_TIME, SEEN, SUM, STICTION, REALS }; /* references of real numbers */
 enum { FAULT, COUNT_IN, COUNT_OUT, STEPS, UPDATES, INTEGERS };
 enum { HELD, MOVING, BOOLEANS };
 enum { MADE, INITIALIZED, ENDED };
@@ -25,7 +26,7 @@ typedef struct {
     int integer[INTEGERS];
     char boolean[BOOLEANS];
     int state, set, model;
-    int stepping; /* a model's step is not completed */
+    int sticking, stepping; /* a model's step is not completed */
     double time, slope, next_event;
     char name[64];
     fmi1CallbackFunctions callbacks;
@@ -117,10 +118,16 @@ SET(Real, fmi1Real, real, REALS)
 SET(Integer, fmi1Integer, integer, INTEGERS)
 SET(Boolean, fmi1Boolean, boolean, BOOLEANS)
 
+/* By how much the force is beyond the stiction. */
+static double lead(const Spring *self) {
+    return self->real[STICTION] > 0.0 ? fabs(self->real[FORCE]) - self->real[STICTION] : 1.0;
+}
+
 static fmi1Status initialize(Spring *self, double start) {
     if (self->state != MADE) return say(self, fmi1Error, "initialized twice");
     self->state = INITIALIZED, self->time = start;
     self->real[SEEN] = self->real[FORCE]; /* what the force was at initialization */
+    self->sticking = self->model && lead(self) <= 0.0;
     evaluate(self);
     if (self->integer[FAULT] == 7) return say(self, fmi1Error, "no equilibrium");
     return self->integer[FAULT] == 4 ? say(self, fmi1Warning, "nearly") : fmi1OK;
@@ -194,7 +201,7 @@ EXPORT fmi1Status NAME(fmiEventUpdate)(fmi1Component c, fmi1Boolean intermediate
     Spring *self = c;
     if (self->stepping) return say(self, fmi1Error, "an event within a step");
     if (self->time >= self->next_event - 1e-9) self->next_event += PERIOD, self->integer[STEPS]++;
-    self->integer[UPDATES]++;
+    self->integer[UPDATES]++, self->sticking = self->sticking && lead(self) <= 0.0;
     return tell(self, info), fmi1OK;
 }
 EXPORT fmi1Status NAME(fmiCompletedIntegratorStep)(fmi1Component c, fmi1Boolean *event) {
@@ -210,11 +217,12 @@ EXPORT fmi1Status NAME(fmiSetContinuousStates)(fmi1Component c, const fmi1Real x
 EXPORT fmi1Status NAME(fmiGetDerivatives)(fmi1Component c, fmi1Real rates[], size_t n) {
     const Spring *self = c;
     const double *r = self->real;
-    rates[0] = self->boolean[HELD] ? 0.0 : r[SPEED];
-    rates[1] = self->boolean[HELD] ? 0.0 : (r[FORCE] - r[STIFFNESS] * r[POSITION] - r[DAMPING] * r[SPEED]) / r[MASS];
+    const int still = self->boolean[HELD] || self->sticking;
+    rates[0] = still ? 0.0 : r[SPEED];
+    rates[1] = still ? 0.0 : (r[FORCE] - r[STIFFNESS] * r[POSITION] - r[DAMPING] * r[SPEED]) / r[MASS];
     return fmi1OK;
 }
-EXPORT fmi1Status NAME(fmiGetEventIndicators)(fmi1Component c, fmi1Real z[], size_t n) { return fmi1OK; }
+EXPORT fmi1Status NAME(fmiGetEventIndicators)(fmi1Component c, fmi1Real z[], size_t n) { return z[0] = lead(c), fmi1OK; }
 EXPORT fmi1Status NAME(fmiGetNominalContinuousStates)(fmi1Component c, fmi1Real x[], size_t n) {
     for (size_t i = 0; i < n; i++) x[i] = 1.0;
     return fmi1OK;
