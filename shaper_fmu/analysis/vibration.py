@@ -16,7 +16,6 @@ from collections.abc import Iterable
 from typing import Protocol, cast
 
 import numpy as np
-from scipy.optimize import brentq
 
 
 class Command(Protocol):
@@ -81,6 +80,8 @@ def tolerated_band(
     slack = (_TOUCHING - 1.0) * tolerance
     if excess(1.0) > slack:
         return None
+
+    from scipy.optimize import brentq  # takes long to load: only where it is needed
 
     def edge(step: float, limit: float) -> float:
         inside, outside = 1.0, 1.0 + step

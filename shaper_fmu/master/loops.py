@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.optimize import root
 
 from shaper_fmu.errors import SimulationError
 from shaper_fmu.master.wiring import Loop
@@ -31,6 +30,8 @@ def solve_loops(loops: Sequence[Loop], bus: np.ndarray, places: Sequence[int], e
         bus[where] = values
         exchange()
         return bus[where] - values
+
+    from scipy.optimize import root  # takes longer to load than all else that a run needs
 
     solution: Any = root(excess, bus[where].copy(), method="hybr", options={"xtol": 1e-14})
     left = excess(solution.x)
