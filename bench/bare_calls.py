@@ -53,7 +53,7 @@ class _Bare:
 
     def _row(self, name: str) -> _Calls:
         instance, (inlet, outlet) = self._instances[name], WIRES[name]
-        handle, _, _, step, *_ = instance.entry_points()
+        handle, step = instance.handle, instance.address("fmi2DoStep")
         variables = instance.fmu.variables
         return _Calls(
             handle,

@@ -11,6 +11,7 @@ from bare_calls import loop_vs_bare_calls
 from first_run import first_run
 from harness import REPETITIONS, Row
 from masters import MASTERS
+from model_exchange import me_vs_fmpy
 from native import (
     native_fmi3_vs_fmi2,
     native_set_step_get,
@@ -28,6 +29,7 @@ from tune import tune_two_modes
 PAIRS = (
     loop_vs_bare_calls,
     first_run,
+    me_vs_fmpy,
     native_vs_pythonfmu,
     native_vs_pythonfmu_at_its_best,
     native_vs_pythonfmu_input_shaper,

@@ -101,8 +101,9 @@ def run(
     step: Annotated[float | None, typer.Option(help="Communication step [s]. Default: the system's.", parser=positive)] = None,
     algorithm: Annotated[Algorithm | None, typer.Option(help="Master algorithm. Default: the system's, or jacobi.")] = None,
     solver: Annotated[
-        SolverMethod, typer.Option(help="Formulas that solve FMUs of model exchange: bdf for stiff ones, or adams.")
-    ] = "bdf",
+        SolverMethod,
+        typer.Option(help="Formulas that solve FMUs of model exchange: bdf for stiff ones, adams for others, or auto."),
+    ] = "auto",
     coupling: Annotated[
         Coupling,
         typer.Option(help="How FMUs of model exchange act on each other: as one system of equations, or at communication steps."),

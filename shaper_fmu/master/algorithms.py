@@ -18,8 +18,10 @@ from typing import Literal, get_args
 
 Algorithm = Literal["jacobi", "parallel", "gauss_seidel"]
 
-SolverMethod = Literal["bdf", "adams"]
-"""CVODE's formulas for FMUs of model exchange: BDF for stiff systems (order 1 to 5), Adams' for all others (order 1 to 12)."""
+SolverMethod = Literal["auto", "bdf", "adams"]
+"""CVODE's formulas for FMUs of model exchange: BDF for stiff systems (order 1 to 5), Adams' for all others (order 1 to 12); "auto"
+begins with Adams' and goes over to BDF where a communication step takes more than a thousand of its steps.
+"""
 
 Coupling = Literal["monolithic", "steps"]
 """How FMUs of model exchange act on each other: in every evaluation of the solver, or at communication points, like all others."""

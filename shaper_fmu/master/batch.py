@@ -47,7 +47,7 @@ class Plan:
     exact: bool | None = None
     stop_when: str | None = None
     stop_hold: float = 0.0
-    solver: SolverMethod = "bdf"
+    solver: SolverMethod = "auto"
     coupling: Coupling = "monolithic"
     solver_tolerance: float | None = None
 

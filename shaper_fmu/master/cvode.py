@@ -9,16 +9,15 @@ import ctypes
 import functools
 import weakref
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from shaper_fmu.errors import SimulationError
 from shaper_fmu.master import layout as of
-from shaper_fmu.master.algorithms import SolverMethod
 from shaper_fmu.master.loop_library import loop
 
-_METHODS: dict[SolverMethod, int] = {"adams": 1, "bdf": 2}  # CV_ADAMS, CV_BDF
+_METHODS = {"adams": 1, "bdf": 2}  # CV_ADAMS, CV_BDF
 _MOST_STATES = 20_000
 """The Jacobian is dense."""
 
@@ -61,7 +60,7 @@ class Cvode:
         row: see layout.SOLVER, with all that does not change.
     """
 
-    def __init__(self, method: SolverMethod, states: int, indicators: int, with_jacobian: bool):
+    def __init__(self, method: Literal["bdf", "adams"], states: int, indicators: int, with_jacobian: bool):
         if states > _MOST_STATES:
             raise SimulationError(f"{states} continuous states are solved together, more than {_MOST_STATES}")
         library, count = _library(), max(1, states)

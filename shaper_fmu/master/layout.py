@@ -199,6 +199,8 @@ SOLVER = record(
     "Solver",
     """
     void *memory;                   // CVODE's
+    void *stiff_memory;             // for stiff systems: taken instead where the first one takes too many steps; or none
+    int32_t is_stiff;               // whether both have been exchanged
     void *state;                    // vectors of CVODE's, and their values
     double *state_values;
     void *absolute;                 // tolerances

@@ -33,7 +33,7 @@ class Solving(NamedTuple):
         tolerance: relative; absolute times the states' nominal values. None for the FMUs' default.
     """
 
-    method: SolverMethod = "bdf"
+    method: SolverMethod = "auto"
     coupling: Coupling = "monolithic"
     tolerance: float | None = None
 
@@ -112,15 +112,26 @@ class Parts:
             row["states"], row["indicators"] = states_of(fmu), indicators_of(fmu)
             states, indicators = states + int(row["states"]), indicators + int(row["indicators"])
             self._fill(row, instances[name])
-        self._cvode: Cvode | None = None
+        self._cvodes: list[Cvode] = []
         self.solvers: np.ndarray = np.zeros(0, of.SOLVER)
         if self.names:
             with_jacobian = not coupled and bool(np.all(self.rows["directional"] != 0))
-            self._cvode = Cvode(solving.method, states, indicators, with_jacobian)
-            self.solvers = self._cvode.row
-            self.solvers["restart"] = 1
-            self._cvode.attach(self.solvers.ctypes.data)
+            methods = ("adams", "bdf") if solving.method == "auto" else (solving.method,)
+            self._cvodes = [Cvode(method, states, indicators, with_jacobian) for method in methods]
+            self.solvers = self._cvodes[0].row
+            for cvode in self._cvodes:
+                cvode.attach(self.solvers.ctypes.data)
+            if len(self._cvodes) > 1:
+                self.solvers["stiff_memory"] = self._cvodes[1].row["memory"]
             self.solvers["relative"] = _LOCAL * (solving.tolerance or self._default_tolerance(instances))
+
+    def reset(self) -> None:
+        """Bring the solver back to the state before a run."""
+        for row in self.solvers:
+            row["restart"], row["shrinking"], row["events_at_once"] = 1, 0, 0
+            row["last_event"] = row["last_interval"] = np.nan
+            if row["is_stiff"]:
+                row["memory"], row["stiff_memory"], row["is_stiff"] = row["stiff_memory"], row["memory"], 0
 
     def _default_tolerance(self, instances: Mapping[str, Instance]) -> float:
         """The smallest of the FMUs' default experiments."""

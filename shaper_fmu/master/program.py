@@ -117,7 +117,7 @@ class Program:
         self.layout.tables["cursor"] = self.layout.tables["first"]
         self.layout.instances["next_event"] = of.NO_EVENT
         self.layout.bus[:] = 0.0
-        self.layout.solvers["restart"] = 1
+        self.parts.reset()
         self.layout.loop_memory[:] = 0.0
         self._asked = None
         self.layout.metrics["time"] = np.nan

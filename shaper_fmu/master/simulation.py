@@ -144,7 +144,7 @@ class Simulation:
         interpolation: Interpolation = "hold",
         tolerance: float | None = None,
         solver_tolerance: float | None = None,
-        solver: SolverMethod = "bdf",
+        solver: SolverMethod = "auto",
         coupling: Coupling = "monolithic",
         progress: Progress | None = None,
     ) -> Results:
@@ -156,7 +156,7 @@ class Simulation:
         step, or "linear" where an FMU takes their derivatives (see linear_inputs.py). `tolerance`: the steps are divided so that
         coupling errs by less than this, relative to 1 + |value|, in each (see step_control.py). `solver_tolerance`: of solvers
         in the FMUs, where they take one, in place of their own default, and of CVODE, which solves FMUs of model exchange by
-        `solver`: "bdf" or "adams". `coupling`: these FMUs are solved as one system of equations ("monolithic"), or exchange values
+        `solver` (see algorithms.py). `coupling`: they are solved as one system of equations ("monolithic"), or exchange values
         at communication points ("steps"). Raises SimulationError with the instance's name, the time
         and its last messages when a call fails, and what was recorded until then as its `results`, and ModelError for wrong
         names. After an error the simulation can be run again, unless it was fatal.

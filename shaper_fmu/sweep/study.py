@@ -71,7 +71,7 @@ class Study(msgspec.Struct, forbid_unknown_fields=True, dict=True):
     stop_hold: float = 0.0
     time_limit: float | None = None
     refine: Refine | None = None
-    solver: SolverMethod = "bdf"
+    solver: SolverMethod = "auto"
     coupling: Coupling = "monolithic"
     solver_tolerance: float | None = None
     folder: str = ""

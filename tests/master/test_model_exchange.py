@@ -59,7 +59,7 @@ def test_the_components_give_the_same_by_both_interfaces(name, fmus):
 
 @VERSIONS
 @pytest.mark.parametrize("directional", ["", "ModelExchange"])
-@pytest.mark.parametrize("solver", ["bdf", "adams"])
+@pytest.mark.parametrize("solver", ["auto", "bdf", "adams"])
 def test_two_modes_under_jumps_follow_the_matrix_exponential(version, directional, solver):
     """With the Jacobian by directional derivatives, and by differences."""
     system = System()

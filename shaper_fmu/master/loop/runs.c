@@ -93,7 +93,7 @@ static void forget(const System *system) {
     for (size_t i = 0; i < system->tables.count; i++) system->tables.at[i].cursor = system->tables.at[i].first;
     for (size_t i = 0; i < system->instances.count; i++) system->instances.at[i].next_event = NO_EVENT;
     for (size_t i = 0; i < system->metrics.count; i++) system->metrics.at[i].time = NAN;
-    restart_solver(system);
+    reset_solver(system);
     for (size_t i = 0; i < system->slopes.count; i++)
         system->slopes.at[i].previous_time = system->slopes.at[i].held_time = NAN;
 }

@@ -12,6 +12,7 @@
 #define MOST_EVENTS 100 /* one after the other within the rounding of the step */
 #define MOST_SHRINKING 5 /* intervals between events, one after the other, the last of them below a millionth of the step */
 #define MOST_SOLVER_STEPS 1000000 /* in one step of the master */
+#define MOST_STEPS_OF_ADAMS 1000 /* likewise; then the system counts as stiff */
 #define MOST_STANDING 100 /* steps one after the other that are as short as times can be told apart */
 
 enum { ONE_STEP = 2, REACHED_ROOT = 2 }; /* CV_ONE_STEP, CV_ROOT_RETURN */
@@ -61,6 +62,22 @@ int loop_jacobian(double t, void *state, void *rates, void *matrix, void *data, 
 void restart_solver(const System *system) {
     Solver *const solver = solver_of(system);
     if (solver) solver->restart = 1;
+}
+
+static void exchange_memories(Solver *solver) {
+    void *const memory = solver->memory;
+    solver->memory = solver->stiff_memory;
+    solver->stiff_memory = memory;
+    solver->is_stiff = !solver->is_stiff;
+}
+
+void reset_solver(const System *system) {
+    Solver *const solver = solver_of(system);
+    if (!solver) return;
+    solver->restart = 1;
+    solver->shrinking = solver->events_at_once = 0;
+    solver->last_event = solver->last_interval = (double)NAN;
+    if (solver->is_stiff) exchange_memories(solver);
 }
 
 /* What could not be done; where an evaluation was refused, that is the reason. */
@@ -227,6 +244,10 @@ static int advance(const System *system, Control *control, Solver *solver, doubl
             if (!begin(system, control, solver, solver->reached, near)) return 0;
         }
         if (is_there) return 1;
+        if (i >= MOST_STEPS_OF_ADAMS && solver->stiff_memory && !solver->is_stiff) {
+            exchange_memories(solver);
+            if (!begin(system, control, solver, solver->reached, near)) return 0;
+        }
         const double from = solver->reached;
         if (!go_on(control, solver, limit_of(system, control, solver, target, may_end), near)) return 0;
         standing = solver->reached - from > 0x1p-48 * fabs(from) ? 0 : standing + 1;

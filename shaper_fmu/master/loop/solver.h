@@ -18,6 +18,9 @@ void restart_solver(const System *system);
 /* Keep the event indicators at t, before inputs change: where these jump one over 0, that is an event. */
 int note_indicators(const System *system, Control *control, double t);
 
+/* A run begins. */
+void reset_solver(const System *system);
+
 /* What CVODE calls. */
 LOOP_API int loop_derivatives(double t, void *state, void *rates, void *solver);
 LOOP_API int loop_indicators(double t, void *state, double *indicators, void *solver);
