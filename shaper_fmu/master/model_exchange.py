@@ -128,7 +128,7 @@ class Parts:
     def reset(self) -> None:
         """Bring the solver back to the state before a run."""
         for row in self.solvers:
-            row["restart"], row["shrinking"], row["events_at_once"] = 1, 0, 0
+            row["restart"], row["has_left"], row["shrinking"], row["events_at_once"] = 1, 0, 0, 0
             row["last_event"] = row["last_interval"] = np.nan
             if row["is_stiff"]:
                 row["memory"], row["stiff_memory"], row["is_stiff"] = row["stiff_memory"], row["memory"], 0

@@ -75,6 +75,7 @@ void reset_solver(const System *system) {
     Solver *const solver = solver_of(system);
     if (!solver) return;
     solver->restart = 1;
+    solver->has_left = 0;
     solver->shrinking = solver->events_at_once = 0;
     solver->last_event = solver->last_interval = (double)NAN;
     if (solver->is_stiff) exchange_memories(solver);
@@ -119,7 +120,6 @@ static int watch(const System *system, Control *control, Solver *solver, double 
 
 /* Begin anew from the parts' own states. */
 static int begin(const System *system, Control *control, Solver *solver, double t, double near) {
-    control->refused = FAULT_NO_FAULT;
     if (get_states(system, control, t, solver->state_values, solver->absolute_values)) return broken(control, solver, 0, t);
     const int count = solver->states > 0 ? solver->states : 1;
     for (int i = 0; i < count; i++) solver->absolute_values[i] = solver->relative * (solver->states ? solver->absolute_values[i] : 1.0);
@@ -143,7 +143,6 @@ static int has_been_missed(Solver *solver, int *missed) {
 /* One step of CVODE's, whose end is not completed yet. */
 static int take_step_of_solver(Control *control, Solver *solver, double limit) {
     const double from = solver->reached;
-    control->refused = FAULT_NO_FAULT;
     solver->pending = 1;
     if (!solver->states && !solver->indicators) {
         solver->reached = limit;
@@ -180,7 +179,6 @@ static int go_on(Control *control, Solver *solver, double limit, double near) {
 /* Bring the parts to the end of the solver's step; *event: whether there is one. */
 static int complete(const System *system, Control *control, Solver *solver, int *event) {
     *event = solver->at_root;
-    control->refused = FAULT_NO_FAULT;
     solver->pending = solver->at_root = 0;
     if (place_parts(system, control, solver->reached, solver->state_values)) return broken(control, solver, 0, solver->reached);
     if (complete_step(system, control, solver->reached, event)) return broken(control, solver, 0, solver->reached);
@@ -288,6 +286,7 @@ int solve(const System *system, Control *control, double t, double h, int may_en
     int changed = 0, ended = 0, crossed = 0;
     solver->system = system;
     solver->control = control;
+    control->refused = FAULT_NO_FAULT; /* in this step: if it fails, that is the likely reason */
     if (!inputs_have_changed(system, control, t, &changed)) return 0;
     solver->held_back = changed && !solver->restart;
     if (solver->held_back && solver->pending && !cut_short(system, control, solver, t)) return 0;
