@@ -78,7 +78,6 @@ class Operations:
         event = exchange if alike else self._exchange(self._readable | in_event_mode, between=False)
         starting = [name for name in names if self._system.follows_at_start(name)]
         initial = exchange if alike and self._readable >= set(names) else self._exchange(starting, final=True, between=False)
-        resuming = {name for name in in_event_mode if self._instances[name].fmu.version > 1}  # FMI 1.0 has no modes
         event_read = [operation for name in names if name in self._readable | in_event_mode for operation in reads[name]]
         step, jump = self._steps(algorithm, reads, linear_inputs, slope_calls)
         coupled = self._coupled(between=True) if monolithic else []
@@ -95,7 +94,7 @@ class Operations:
             "final": exchange if self._readable >= set(names) else self._exchange(self._readable, final=True),
             "event": event,
             "event_read": event_read,
-            "resume": self._resuming(sorted(resuming - self._readable), exchange if algorithm == "jacobi" else step),
+            "resume": self._resuming(sorted(in_event_mode - self._readable), exchange if algorithm == "jacobi" else step),
             "clock": [o for name in names for o in [*self._starting(name, starts, True), *self._clocked_reads(name)]],
             "coupled_read": self._coupled_reads() if coupled_event else [],
             "coupled": coupled,

@@ -149,7 +149,8 @@ int handle_event(const System *system, Control *control, double t, int entering)
             if (!execute(system, control, system->event_read_program, t, 0.0)) return 0;
         }
         if (again) continue;
-        return all_in_mode(system, control, 0, 0, t) && note_indicators(system, control, t) && resume(system, control, t);
+        return all_in_mode(system, control, 0, 0, t) && open_after_event(system, control, t, 0) &&
+               note_indicators(system, control, t) && resume(system, control, t);
     }
     return fail(control, FAULT_ENDLESS_EVENTS, 0, -1 - asking, CALLED_UpdateDiscreteStates, t);
 }

@@ -65,6 +65,17 @@ int place_parts(const System *system, Control *control, double t, const double *
     return exchange_in_loops(system, control, system->coupled_program, t);
 }
 
+int open_after_event(const System *system, Control *control, double t, int initializing) {
+    for (size_t i = 0; i < system->parts.count; i++) {
+        Part *const part = &system->parts.at[i];
+        if (part->version > 1 || (initializing && system->instances.at[part->instance].informed)) continue;
+        part->placed = 1;
+        if (set_time(control, part, t))
+            return control->fault ? 0 : fail(control, FAULT_CALL_FAILED, 2, number_of(part), CALLED_SetTime, t);
+    }
+    return 1;
+}
+
 int get_derivatives(const System *system, Control *control, double t, double *rates) {
     for (size_t i = 0; i < system->parts.count; i++) {
         const Part *const part = &system->parts.at[i];

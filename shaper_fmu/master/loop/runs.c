@@ -5,6 +5,7 @@
 #include "execution.h"
 #include "faults.h"
 #include "fmi.h"
+#include "parts.h"
 #include "solver.h"
 
 int loop_begin_early(const System *system, Control *control, double t) {
@@ -12,6 +13,7 @@ int loop_begin_early(const System *system, Control *control, double t) {
 }
 
 int loop_initialize(const System *system, Control *control, double t) {
+    if (!open_after_event(system, control, t, 1)) return 0;
     if (system->clocks.count && !execute(system, control, system->clock_program, t, 0.0)) return 0;
     return execute(system, control, system->read_program, t, 0.0) && execute(system, control, system->initial_program, t, 0.0);
 }

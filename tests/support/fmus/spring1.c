@@ -1,5 +1,6 @@
 /* A mass on a spring with friction for FMI 1.0, exact for a held force: slave and model in one library. It is strict: every call that
-   FMI 1.0 does not allow in its state is an error, reading between set and step, too.
+   FMI 1.0 does not allow in its state is an error, reading between set and step, too. A model takes no input between the end of a step,
+   or its initialization, and an event, as those of AMESim do not.
 
    `fault`: 1 steps fail, 2 steps are discarded, 3 steps end in the background, 4 initialization returns a warning, 5 no instance is
    made, 6 reset fails, 7 initialization fails, 8 a model asks to end the simulation at initialization; from `fault_time` on. With
@@ -107,6 +108,7 @@ GET(Boolean, fmi1Boolean, boolean, BOOLEANS)
     EXPORT fmi1Status NAME(fmiSet##Type)(fmi1Component c, const fmi1ValueReference vr[], size_t n, const type values[]) { \
         Spring *self = c;                                                                                                 \
         if (self->state == ENDED) return say(self, fmi1Error, "set at the end");                                          \
+        if (self->model && self->state == INITIALIZED && !self->stepping) return say(self, fmi1Error, "set before an event"); \
         for (size_t i = 0; i < n; i++) {                                                                                  \
             if (vr[i] >= limit) return say(self, fmi1Error, "another reference");                                         \
             self->array[vr[i]] = values[i];                                                                               \
