@@ -45,6 +45,15 @@ def check_robustness_sweep(said: str) -> None:
         assert [float(width) for width in widths.groups()] == pytest.approx([4.0 / math.pi * math.asin(share)] * 2, abs=2e-5)
 
 
+def check_model_exchange(said: str) -> None:
+    """Solved as one the error is the solver's; held inputs are of order 1."""
+    largest = re.search(r"^monolithic +largest error ([\d.e-]+) m", said, re.MULTILINE)
+    assert largest is not None
+    assert float(largest[1]) < 1e-9
+    orders = [float(x) for x in said.split("observed orders")[1].splitlines()[0].split(",")]
+    assert orders == pytest.approx([1.0, 1.0], abs=0.1)
+
+
 def check_tune_a_plant(said: str) -> None:
     """Small swings of a pendulum: sqrt(g / l), for a rope of 5 m and 10 % more and less; the shaper keeps its tolerances."""
     numbers = re.search(r"natural frequency ([\d.]+) rad/s, ([\d.]+) to ([\d.]+) rad/s", said)
@@ -60,6 +69,7 @@ CHECKS = {
     "03_your_own_component": check_your_own_component,
     "04_robustness_sweep": check_robustness_sweep,
     "05_tune_a_plant": check_tune_a_plant,
+    "06_model_exchange": check_model_exchange,
 }
 
 
