@@ -283,7 +283,17 @@ class Instance:
             references.append(reference)
             flat += whole
         for function, (references, flat) in groups.items():
+            if self.fmu.version == 1:
+                self._check_aliases(references, flat, [name for name in values if function == f"set{self._type_of(name)}"])
             self.call(function, references, flat, at=at)
+
+    def _check_aliases(self, references: Sequence[int], flat: Sequence[Any], names: Sequence[str]) -> None:
+        """Raise ModelError for aliases that are given values that contradict each other."""
+        found: dict[int, Any] = {}
+        for reference, value in zip(references, flat, strict=True):
+            if found.setdefault(reference, value) != value:
+                same = [name for name in names if self.fmu.variables[name].valueReference == reference]
+                raise ModelError([f"{self.name}: {' and '.join(same)} are aliases, and cannot be set to values that differ"])
 
     def get_values(self, names: Sequence[str]) -> list[Any]:
         """Values of variables by name."""

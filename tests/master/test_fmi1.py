@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import zipfile
 from pathlib import Path
@@ -67,6 +68,10 @@ def test_a_slave_gives_the_bits_of_another_master():
 def test_start_values_of_negated_aliases():
     results = driven(excitation=-4.0).simulate(STEPS * STEP, STEP)
     assert results["x.position"] == pytest.approx(moved(np.full(STEPS, 3.0), STEP, damping=4.0), abs=1e-14)
+    for excitation, words in ((-4.0, ""), (-3.0, "x: damping and excitation are aliases, and cannot be set to values that differ")):
+        system = driven(damping=4.0, excitation=excitation)
+        with pytest.raises(ModelError, match=words) if words else contextlib.nullcontext():
+            system.simulate(0.1, 0.1)
     system = System()
     system.add("x", spring_fmu(), pull=2.0)
     assert system.simulate(0.1, 0.1, record=["x.force"])["x.force"][0] == -2.0

@@ -19,6 +19,7 @@ KINDS = (
     "clocks",
     "clocked_inputs",
     "enumeration_inputs",
+    "fmi1",
     "guards",
     "linear_inputs",
     "loops",
