@@ -56,6 +56,7 @@ def true_frequency() -> float:
 @pytest.mark.parametrize("step", [0.001, 0.007, 0.05])
 @pytest.mark.parametrize("mechanism", MECHANISMS)
 @pytest.mark.parametrize("kind", ["zv", "zvd", "ei"])
+@pytest.mark.representatives(kind=["zv"])
 def test_a_shaped_acceleration_leaves_the_residual_of_the_formula(kind, mechanism, step, true_frequency):
     """V of Singer and Seering 1990 with impulses designed for a frequency that is not quite the beam's."""
     parameters = {"shaper": kind, "natural_frequency[1]": W, "damping_ratio[1]": ZETA}

@@ -14,6 +14,7 @@ from shaper_fmu.errors import BuildError, ComponentError
 from shaper_fmu.export.build import build_fmu
 from shaper_fmu.export.start_values import with_start_values
 from shaper_fmu.master.fmu import load_fmu
+from shaper_fmu.plants.mass_spring_damper import MassSpringDamper
 from shaper_fmu.ssp.own_fmus import own_fmus
 
 WANTED = {"profile": "s_curve", "duration": "0.5", "distance": 2.0}
@@ -42,7 +43,7 @@ def test_names_and_identities_follow_from_the_values(tmp_path):
     zvd, ei = (with_start_values(InputShaper, {"shaper": kind, "natural_frequency[2]": 3}) for kind in ("zvd", "ei"))
     assert (zvd.__name__, ei.__name__) == ("InputShaper_zvd_3", "InputShaper_ei_3")
     assert zvd.variables["natural_frequency"].starts == [10.0, 3.0, 10.0, 10.0]
-    same_name = [with_start_values(InputShaper, {"shaper": kind}, "Mine") for kind in ("zvd", "ei")]
+    same_name = [with_start_values(MassSpringDamper, {"mass": mass}, "Mine") for mass in (2.0, 3.0)]
     one, other = (load_fmu(build_fmu(c, tmp_path / str(i), platforms=["this"])) for i, c in enumerate(same_name))
     assert one.description.guid != other.description.guid
 

@@ -47,6 +47,7 @@ def test_sweeps(workshop, fmus):
     assert content(runs_of(workshop / "there.sqlite")) == content(runs_of(workshop / "here.sqlite"))
 
 
+@pytest.mark.representatives(workshop=[""])  # the command finds the folder as the one it works in
 def test_builds(workshop):
     """By the command, in the folder; test_wrong_declarations.py has the function."""
     (workshop / "gain.py").write_text(GAIN.format(factor=workshop.stat().st_ino))  # compiled now: it is in no cache

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import typed
+from command_line import FOR_THIS_PLATFORM, typed
 from other_masters import Job, run_jobs
 from test_native_interoperability import PACKAGES, require
 from test_native_interoperability import pytestmark as where_the_masters_run
@@ -17,6 +17,7 @@ from shaper_fmu import System
 from shaper_fmu.archives import read_archive
 from shaper_fmu.errors import ModelError, StudyError
 from shaper_fmu.export.build import build_fmu
+from shaper_fmu.export.native.toolchain import PLATFORMS, USUAL_PLATFORMS
 from shaper_fmu.registry import find_component
 from shaper_fmu.ssp.archive import load_ssp, pack_ssp
 from shaper_fmu.ssp.parameter_sets import apply_parameter_set
@@ -29,6 +30,11 @@ from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import read_study
 
 SYSTEMS = Path(__file__).parents[2] / "ssp"
+
+
+@pytest.fixture
+def for_this_platform(monkeypatch) -> None:
+    monkeypatch.setattr(*FOR_THIS_PLATFORM)
 
 
 @pytest.fixture
@@ -139,7 +145,7 @@ def test_a_point_of_a_sweep_is_a_parameter_set(fmus, tmp_path):
     assert (wrong.returncode, "give --run" in wrong.stderr) == (2, True)
 
 
-def test_a_template_shapes_a_plant(fmus, tmp_path):
+def test_a_template_shapes_a_plant(fmus, tmp_path, for_this_platform):
     """ZV leaves nothing of the plant's vibration but what holding its mean over a step costs; unshaped there is more."""
     written = write_template(fmus / "MassSpringDamper.fmu", "force", "position", tmp_path / "shaped.ssp", damping_ratio=0.0)
     assert (written.natural_frequency, written.known, written.profile_output) == (pytest.approx(10.0, rel=1e-12), True, "position")
@@ -155,9 +161,21 @@ def test_a_template_shapes_a_plant(fmus, tmp_path):
     assert residual[None] < 1e-3 * residual["unshaped"]
 
 
+@pytest.mark.thorough
+def test_a_template_runs_on_all_usual_platforms(fmus, tmp_path):
+    files = read_archive(
+        write_template(fmus / "MassSpringDamper.fmu", "force", "position", tmp_path / "s.ssp").path.read_bytes(), "s"
+    )
+    for name in ("MotionProfile", "InputShaper"):
+        folders = {
+            path.split("/")[1] for path in read_archive(files[f"resources/{name}.fmu"], name) if path.startswith("binaries/")
+        }
+        assert {PLATFORMS[platform].fmi2_folder for platform in USUAL_PLATFORMS} <= folders
+
+
 @where_the_masters_run
 @pytest.mark.parametrize("master", PACKAGES)
-def test_a_template_runs_in_other_masters(fmus, master, tmp_path):
+def test_a_template_runs_in_other_masters(fmus, master, tmp_path, for_this_platform):
     """With ZV, the shaper's start value, no enumeration is in it; the values are those of our "parallel" on the grid."""
     require(master)
     written = write_template(fmus / "MassSpringDamper.fmu", "force", "position", tmp_path / "shaped.ssp")

@@ -14,6 +14,8 @@ from shaper_fmu.cli.main import main
 from shaper_fmu.export.native.toolchain import platform_named
 
 MAIN = [sys.executable, "-c", "from shaper_fmu.cli.main import main; main()"]
+FOR_THIS_PLATFORM = "shaper_fmu.export.build.USUAL_PLATFORMS", (platform_named("this").name,)
+"""What to set where FMUs are built by default, but not needed for other machines."""
 Done = subprocess.CompletedProcess[str]
 
 
@@ -27,7 +29,7 @@ def typed(*arguments: str | Path, cwd: Path) -> Done:
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
         patch.chdir(cwd)
         patch.setattr(sys, "argv", words)
-        patch.setattr("shaper_fmu.export.build.USUAL_PLATFORMS", (platform_named("this").name,))
+        patch.setattr(*FOR_THIS_PLATFORM)
         try:
             main()
         except SystemExit as end:

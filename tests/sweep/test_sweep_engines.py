@@ -57,11 +57,11 @@ def test_a_run_that_crashes_hangs_or_gives_nan_is_marked_and_the_others_are_as_e
     assert [run.metrics["peak"] for run in undisturbed] == pytest.approx([1.0 + i for i in range(40)], rel=1e-12)
     places = {3: "null", 7: "abort", 12: "hang", 18: "leave", 19: "leave_well", 25: "fail", 33: "not_a_number", 39: "null"}
     harms = [places.get(i, "none") for i in range(40)]
-    runs = swept(tmp_path, harmful, harms, more="time_limit = 4.0")
+    runs = swept(tmp_path, harmful, harms, more="time_limit = 2.0")
     assert [run.id for run in runs if run.status == "failed"] == list(places)
     words = {
         "null": r"quarantined: it ended its worker 2 times: .*SIGSEGV", "abort": r"quarantined: .*SIGABRT",
-        "hang": r"killed after the time limit of 4 s", "leave": r"quarantined: .*exit status 3",
+        "hang": r"killed after the time limit of 2 s", "leave": r"quarantined: .*exit status 3",
         "leave_well": r"quarantined: .*exit status 0", "fail": r"x at t = 0\.5\d* s: fmi2DoStep failed",
         "not_a_number": r"metric peak is not a number: x\.sum became NaN",
     }  # fmt: skip
