@@ -121,7 +121,8 @@ class Simulation:
     def instantiate(self, exact: bool) -> None:
         """Make the instances that are missing, or that have event mode where steps do not end at events, or the reverse."""
         for name, fmu in self.system.fmus.items():
-            event_mode = (exact or has_clocks(fmu)) and fmu.has_event_mode and name not in self.system.without_event_mode
+            wanted = (exact or has_clocks(fmu)) and name not in self.system.without_event_mode
+            event_mode = fmu.exchanges_model or (wanted and fmu.has_event_mode)
             known = self.instances.get(name)
             if known is not None and known.event_mode == event_mode:
                 continue

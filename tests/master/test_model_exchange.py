@@ -17,6 +17,7 @@ from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.export.build import build_fmu
 from shaper_fmu.master.batch import Batch, Plan
 from shaper_fmu.master.fmu import load_fmu
+from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
 from shaper_fmu.metrics.peak import Peak
 from shaper_fmu.registry import components
@@ -190,6 +191,17 @@ def test_events_within_steps_that_cannot_be_shortened_are_handled_within(version
     assert len(results.time) == 11
     assert results["x.events"][-1] == 1.0
     assert results["x.count"][-1] == pytest.approx(0.4321, abs=1e-9)
+
+
+def test_runs_on_the_grid_keep_the_instance():
+    """It has event mode whatever the run: nothing is made anew."""
+    with Simulation(equations(2, "clocked", p=0.3)) as simulation:
+        first = simulation.run(1.0, 0.05, exact=False)
+        instance = simulation.instances["x"]
+        second = simulation.run(1.0, 0.05, exact=False)
+        assert simulation.instances["x"] is instance
+    assert np.array_equal(first["x.y"], second["x.y"])
+    assert second["x.count"][-1] == 3.0
 
 
 def pair(path: Path, source: str, gain: float) -> System:
