@@ -28,22 +28,27 @@ _FLAGS = (
 )  # fmt: skip
 
 
-class NegatedAlias(ModelVariable):
+class _NegatedAlias(ModelVariable):
     """A variable that has the negative value of what its reference means; of a boolean, the opposite."""
 
     __slots__ = ()
 
 
+def is_negated(variable: ModelVariable) -> bool:
+    """Whether a variable has the negative value of what its reference means; of a boolean, the opposite."""
+    return isinstance(variable, _NegatedAlias)
+
+
 def own_scaling(variable: ModelVariable) -> tuple[float, float]:
     """Gain and shift from a variable's value to that of its reference, which are those of the way back, too."""
-    if not isinstance(variable, NegatedAlias):
+    if not is_negated(variable):
         return 1.0, 0.0
     return -1.0, 1.0 if variable.type == "Boolean" else 0.0
 
 
 def turned(variable: ModelVariable, value: float | int | bool) -> float | int | bool:
     """From a variable's value to that of its reference, or back."""
-    if not isinstance(variable, NegatedAlias):
+    if not is_negated(variable):
         return value
     return not value if variable.type == "Boolean" else -value
 
@@ -103,7 +108,7 @@ def complete1(description: ModelDescription, root: etree._Element) -> None:
         variable.causality, variable.variability = _role(variable, element)
         variable.initial = _initial(variable, element)
         if element.get("alias") == "negatedAlias":
-            variable.__class__ = NegatedAlias
+            variable.__class__ = _NegatedAlias
     _add_units(description)
     known = {str(variable.name): variable for variable in description.modelVariables}
     for variable, element in zip(description.modelVariables, elements, strict=True):

@@ -12,7 +12,7 @@ from fmpy.model_description import BaseUnit
 
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
 from shaper_fmu.master.clocks import check_clock_connection, clock_problems, clocked_loop_problems, is_clocked
-from shaper_fmu.master.description1 import NegatedAlias
+from shaper_fmu.master.description1 import is_negated
 from shaper_fmu.master.fmu import Fmu, Interface, load_fmu
 from shaper_fmu.master.once import once_problems
 from shaper_fmu.master.signals import Interpolation, Signal, make_signal, typed_signal
@@ -152,7 +152,7 @@ class SystemStructure:
             kinds = {self._kind(source_port), self._kind(target_port)}
             if not kinds <= {"integer", "enumeration"}:
                 self._check_types(source_port, target_port, (gain, offset) != (1.0, 0.0))
-            if mapping and isinstance(self.fmus[target_port[0]].variables[target_port[1]], NegatedAlias):
+            if mapping and is_negated(self.fmus[target_port[0]].variables[target_port[1]]):
                 raise ModelError([f"{source} -> {target}: {target} is a negated alias, which takes no mapping of values"])
             if mapping and self._kind(target_port) == "real":
                 raise ModelError([f"{source} -> {target}: a mapping of values is not for real numbers"])
