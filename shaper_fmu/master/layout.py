@@ -254,7 +254,9 @@ WATCHED = record(
     "WatchedInput",
     """
     int32_t place;                  // of its source on the bus
+    int32_t instance;
     double value;                   // that it has got
+    double before;                  // that of its source before the last update of discrete states
     """,
 )
 """Of an input that is set in event mode alone."""

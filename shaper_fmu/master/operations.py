@@ -102,11 +102,12 @@ class Operations:
             "tick": self._ticking_exchange(self._readable | in_event_mode) if self._clocks.ports else [],
         }
 
-    def watched(self) -> list[int]:
-        """Where the sources of inputs are on the bus whose changes are events; clocked ones wait for their clocks."""
+    def watched(self) -> list[tuple[int, int]]:
+        """Where the sources of inputs are on the bus whose changes are events, and whose they are; clocked ones wait for clocks."""
         fed = [port for port in [*self._system.signals, *self._connections] if not self._clocks.clocks_of(port)]
         ports = [port for port in fed if not self._is_set_between(port[0], port[1])]
-        return [self._source_place(port[0])(port[1]) for port in ports]
+        numbers = list(self._instances)
+        return [(self._source_place(port[0])(port[1]), numbers.index(port[0])) for port in ports]
 
     def _is_set_between(self, name: str, variable: str) -> bool:
         """Whether an input is set between steps, too, not in event mode alone."""

@@ -235,7 +235,7 @@ class Program:
             **{f"{name}_program": np.array(program, of.OPERATION) for name, program in programs.items()},
             slopes=self._linear.slopes,
             slopes_of=self._linear.slopes_of,
-            watched=np.array([(place, np.nan) for place in self._operations.watched()], of.WATCHED),
+            watched=np.array([(*found, np.nan, 0.0) for found in self._operations.watched()], of.WATCHED),
             guards=np.array(self._operations.guards, of.GUARD),
             causes=np.array(self._operations.cause_codes or [0], np.int32),
             mappings=mappings.ravel(),

@@ -28,6 +28,9 @@ MODELS = {
             "two_sided",
             "endless",
             "timer",
+            "switching",
+            "switched",
+            "following",
         ]
     )
 }  # as in equations.h
@@ -36,7 +39,7 @@ _VARIABLES = [  # in the order of the value references
     ("x2", "local", "continuous", ""), ("der1", "local", "continuous", "3"), ("der2", "local", "continuous", "4"),
     ("model", "parameter", "fixed", 'start="0"'), ("p", "parameter", "fixed", 'start="1"'),
     ("q", "parameter", "tunable", 'start="0"'), ("count", "output", "discrete", ""), ("events", "output", "discrete", ""),
-    ("completed", "local", "discrete", ""),
+    ("completed", "local", "discrete", ""), ("d", "input", "discrete", 'start="0"'),
 ]  # fmt: skip
 
 

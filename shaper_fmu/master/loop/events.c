@@ -12,6 +12,7 @@
 #include "solver.h"
 
 #define MOST_UPDATES 100
+#define MOST_CROSSINGS 10 /* one after the other; where values close a loop, rounding may take one back and forth */
 
 /* What an instance answers to the update of its discrete states. */
 typedef struct {
@@ -98,12 +99,32 @@ static int is_rereading(const System *system, const Control *control) {
     return control->rereading != 0;
 }
 
+/* Keep what the sources of inputs give that are set in event mode alone. */
+static void note_sources(const System *system) {
+    for (size_t i = 0; i < system->watched.count; i++)
+        system->watched.at[i].before = system->bus.at[system->watched.at[i].place];
+}
+
+/* Whether an update has changed an input that is set in event mode alone, of a part with `parts`: that instance has to be updated
+   in turn. */
+static int has_fed(const System *system, int parts, int *asking) {
+    for (size_t i = 0; i < system->watched.count; i++) {
+        const WatchedInput *const input = &system->watched.at[i];
+        if (system->bus.at[input->place] == input->before) continue;
+        if (parts && !system->instances.at[input->instance].model_exchange) continue;
+        *asking = input->instance;
+        return 1;
+    }
+    return 0;
+}
+
 /* One super-dense instant: exchange values, and update discrete states; 1 if another one is needed, 0 if not, or FAILED.
    `settled` tells whether all but the ticks that are due has settled, `asking` which instance has asked last. */
 static int settle(const System *system, Control *control, double t, int *settled, int *asking) {
     int again = 0;
     if (!execute(system, control, system->event_program, t, 0.0)) return FAILED;
     if (system->clocks.count && !tick(system, control, t, *settled)) return FAILED;
+    note_sources(system);
     for (size_t i = 0; i < system->instances.count; i++) {
         if (!system->instances.at[i].event_mode) continue;
         const int answer = update(system, control, (int)i, t);
@@ -131,24 +152,35 @@ static int exchange_between_parts(const System *system, Control *control, double
     return fail(control, control->refused, control->refused_status, control->refused_where, control->refused_element, t);
 }
 
+/* Bring what an update has changed to the inputs; *again: whether these ask for another one. */
+static int spread(const System *system, Control *control, double t, int *again, int *asking, int *crossings) {
+    int crossed = 0;
+    if (!execute(system, control, system->event_read_program, t, 0.0) || !note_indicators(system, control, t)) return 0;
+    if (!execute(system, control, system->event_program, t, 0.0)) return 0;
+    if (system->cut_places.count) {
+        if (!exchange_between_parts(system, control, t)) return 0;
+        if (!execute(system, control, system->event_read_program, t, 0.0)) return 0;
+    }
+    if (!have_inputs_crossed(system, control, t, &crossed)) return 0;
+    *again = has_fed(system, 0, asking) || (crossed && ++*crossings < MOST_CROSSINGS);
+    return 1;
+}
+
 int handle_event(const System *system, Control *control, double t, int entering) {
     control->smooth_from = t;
     control->resuming = entering ? 1 : 0;
     if (entering && !all_in_mode(system, control, 1, 0, t)) return 0;
     restart_solver(system);
     const int rereading = is_rereading(system, control);
-    int asking = 0, settled = 0;
+    int asking = 0, settled = 0, crossings = 0;
     for (int i = 0; i < MOST_UPDATES; i++) {
         const int again = settle(system, control, t, &settled, &asking);
         if (again == FAILED) return 0;
         if (!rereading) return 1; /* all that follows the inputs has been read */
-        if (!execute(system, control, system->event_read_program, t, 0.0)) return 0;
-        if (!execute(system, control, system->event_program, t, 0.0)) return 0;
-        if (system->cut_places.count) {
-            if (!exchange_between_parts(system, control, t)) return 0;
-            if (!execute(system, control, system->event_read_program, t, 0.0)) return 0;
-        }
-        if (again) continue;
+        int fed = 0;
+        if (!spread(system, control, t, &fed, &asking, &crossings)) return 0;
+        if (fed) settled = 0;
+        if (again || fed) continue;
         return all_in_mode(system, control, 0, 0, t) && open_after_event(system, control, t, 0) &&
                note_indicators(system, control, t) && resume(system, control, t);
     }
@@ -156,17 +188,21 @@ int handle_event(const System *system, Control *control, double t, int entering)
 }
 
 int handle_event_of_parts(const System *system, Control *control, double t) {
-    int asking = 0;
+    int asking = 0, again = 1, crossings = 0;
     if (!all_in_mode(system, control, 1, 1, t)) return 0;
     for (int i = 0; i < MOST_UPDATES; i++) {
-        int again = 0;
-        if (!exchange_between_parts(system, control, t)) return 0;
+        int crossed = 0;
+        note_sources(system);
+        if (!note_indicators(system, control, t) || !exchange_between_parts(system, control, t)) return 0;
+        if (!have_inputs_crossed(system, control, t, &crossed)) return 0;
+        const int fed = has_fed(system, 1, &asking) || (crossed && ++crossings < MOST_CROSSINGS);
+        if (!again && !fed) return all_in_mode(system, control, 0, 1, t);
+        again = 0;
         for (size_t k = 0; k < system->parts.count; k++) {
             const int number = system->parts.at[k].instance, answer = update(system, control, number, t);
             if (answer == FAILED) return 0;
             if (answer) again = 1, asking = number;
         }
-        if (!again) return all_in_mode(system, control, 0, 1, t);
     }
     return fail(control, FAULT_ENDLESS_EVENTS, 0, -1 - asking, CALLED_UpdateDiscreteStates, t);
 }

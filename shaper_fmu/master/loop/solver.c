@@ -261,10 +261,10 @@ static int cut_short(const System *system, Control *control, Solver *solver, dou
     return !event || handle_event_of_parts(system, control, t);
 }
 
-/* Whether the inputs have jumped an event indicator to its other side: CVODE begins after it, and sees no change of its sign. */
-static int has_crossed(const System *system, Control *control, Solver *solver, double t, int *crossed) {
+int have_inputs_crossed(const System *system, Control *control, double t, int *crossed) {
+    Solver *const solver = solver_of(system);
+    if (!solver || !solver->indicators || !solver->has_left) return 1;
     double *const now = solver->indicator_values;
-    if (!solver->indicators || !solver->has_left) return 1;
     control->refused = FAULT_NO_FAULT;
     if (get_indicators(system, control, t, now)) return broken(control, solver, 0, t);
     for (int i = 0; i < solver->indicators; i++)
@@ -290,7 +290,7 @@ int solve(const System *system, Control *control, double t, double h, int may_en
     if (!inputs_have_changed(system, control, t, &changed)) return 0;
     solver->held_back = changed && !solver->restart;
     if (solver->held_back && solver->pending && !cut_short(system, control, solver, t)) return 0;
-    if (changed && !has_crossed(system, control, solver, t, &crossed)) return 0;
+    if (changed && !have_inputs_crossed(system, control, t, &crossed)) return 0;
     if (crossed && !handle_event_of_parts(system, control, t)) return 0;
     if ((changed || solver->restart) && !begin(system, control, solver, t, near)) return 0;
     if (!advance(system, control, solver, target, near, may_end, &ended)) return 0;

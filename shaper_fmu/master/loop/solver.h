@@ -18,6 +18,10 @@ void restart_solver(const System *system);
 /* Keep the event indicators at t, before inputs change: where these jump one over 0, that is an event. */
 int note_indicators(const System *system, Control *control, double t);
 
+/* Whether the inputs have jumped an event indicator to its other side since then: CVODE begins after it, and sees no change of its
+   sign. */
+int have_inputs_crossed(const System *system, Control *control, double t, int *crossed);
+
 /* A run begins. */
 void reset_solver(const System *system);
 

@@ -9,7 +9,7 @@
 #define EXPORT __attribute__((visibility("default")))
 
 /* Value references; the states' and their derivatives' are one after the other. */
-enum { U, Y, X, DX = X + 2, MODEL = DX + 2, P, Q, COUNT, EVENTS, COMPLETED, REALS };
+enum { U, Y, X, DX = X + 2, MODEL = DX + 2, P, Q, COUNT, EVENTS, COMPLETED, D, REALS };
 
 enum model {
     DECAY,      /* x1' = -p (x1 - u), x2' = 1 */
@@ -25,6 +25,9 @@ enum model {
     TWO_SIDED,  /* x1' = u; event indicator x1 - p, whose event counts; y follows u at once, too: y = x1 + q u */
     ENDLESS,    /* as DECAY, but asks for another update again and again at the time event at p */
     TIMER,      /* no states: the event indicator t - p, whose event counts */
+    SWITCHING,  /* x1' = 1; event indicator x1 - p, whose event makes y and the count 1 */
+    SWITCHED,   /* x1' = 1 where u > p; event indicator u - p, whose event makes y and the count 1 or 0 */
+    FOLLOWING,  /* x1' = count; an event makes the count d, and is counted if that is another */
     MODELS
 };
 
@@ -84,10 +87,15 @@ static int derive(Equations *self) {
     }
     if (is(self, FAILING) && self->time >= r[P]) return 3;
     if (is(self, TWO_SIDED)) dx[0] = r[U];
+    if (is(self, SWITCHING)) dx[0] = 1.0;
+    if (is(self, SWITCHED) || is(self, FOLLOWING)) dx[0] = r[COUNT];
     return 0;
 }
 
-static void evaluate(Equations *self) { self->r[Y] = self->r[X] + (is(self, TWO_SIDED) ? self->r[Q] * self->r[U] : 0.0); }
+static void evaluate(Equations *self) {
+    self->r[Y] = self->r[X] + (is(self, TWO_SIDED) ? self->r[Q] * self->r[U] : 0.0);
+    if (is(self, SWITCHING) || is(self, SWITCHED)) self->r[Y] = self->r[COUNT];
+}
 
 static void indicate(const Equations *self, double z[2]) {
     const double *const r = self->r;
@@ -96,6 +104,8 @@ static void indicate(const Equations *self, double z[2]) {
     if (is(self, RELAY)) z[0] = r[X];
     if (is(self, TWO_SIDED)) z[1] = r[X] - r[P];
     if (is(self, TIMER)) z[0] = self->time - r[P];
+    if (is(self, SWITCHING)) z[0] = r[X] - r[P];
+    if (is(self, SWITCHED)) z[0] = r[U] - r[P];
 }
 
 /* An event: 0, or 1 if another update is wanted, or 2 to end. */
@@ -121,6 +131,14 @@ static int update(Equations *self) {
         self->side = self->time >= r[P];
         r[EVENTS] += 1.0;
         r[COUNT] = self->time;
+    }
+    const double followed = is(self, SWITCHING)  ? (double)(x[0] >= r[P])
+                            : is(self, SWITCHED) ? (double)(r[U] > r[P])
+                            : is(self, FOLLOWING) ? r[D]
+                                                  : r[COUNT];
+    if (followed != r[COUNT]) {
+        r[COUNT] = followed;
+        r[EVENTS] += 1.0;
     }
     if (is(self, CLOCKED) && timed) {
         r[COUNT] += 1.0;
