@@ -135,6 +135,25 @@ def test_an_event_after_a_completed_step_is_handled(version):
 
 
 @VERSIONS
+def test_that_event_is_at_a_communication_point_that_the_solver_has_stepped_over(version):
+    """The solver's steps are longer than these; for the FMU a step is completed at each communication point."""
+    results = equations(version, "completing", p=0.555).simulate(1.0, 0.01, record=["x.y", "x.q", "x.count"])
+    assert results["x.count"][-1] == 1.0
+    assert 0.555 < results["x.q"][-1] <= 0.56 + 1e-9
+    assert results["x.y"][-1] == pytest.approx(1.0 - results["x.q"][-1], abs=1e-6)
+
+
+@VERSIONS
+def test_values_that_are_computed_with_derivatives_or_completed_steps_are_up_to_date(version):
+    """x1' = -2 (x1 - 1): 1 - exp(-2 t); between the solver's points, too. Thus compute FMUs of OpenModelica before 1.13."""
+    system = equations(version, "late", p=2.0)
+    system.drive("x.u", [(0.0, 1.0)])
+    results = system.simulate(1.0, 0.01, solver_tolerance=1e-9, record=["x.y", "x.der1"])
+    assert results["x.y"] == pytest.approx(1.0 - np.exp(-2.0 * results.time), abs=1e-7)
+    assert results["x.der1"][1:] == pytest.approx(2.0 * np.exp(-2.0 * results.time[1:]), abs=1e-6)
+
+
+@VERSIONS
 def test_without_states_event_indicators_of_time_are_met(version):
     results = equations(version, "timer", p=0.4321).simulate(1.0, 0.1, everywhere=True)
     assert results["x.events"][-1] == 1.0

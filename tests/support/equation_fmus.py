@@ -31,6 +31,7 @@ MODELS = {
             "switching",
             "switched",
             "following",
+            "late",
         ]
     )
 }  # as in equations.h

@@ -14,7 +14,8 @@ int refuse(Control *control, int fault, int status, int where, int element);
 /* Bring all parts to this time and state, and their inputs to the outputs that they are connected to. */
 int place_parts(const System *system, Control *control, double t, const double *state);
 
-/* Have parts of FMI 1.0 take inputs after an event, or after their initialization if they do not know all of them. */
+/* Have parts of FMI 1.0 take inputs after an event or a completed step, or after their initialization if they do not know all
+   of them. */
 int open_after_event(const System *system, Control *control, double t, int initializing);
 
 /* The parts' derivatives and event indicators, where they have been placed. */

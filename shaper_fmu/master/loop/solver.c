@@ -176,12 +176,23 @@ static int go_on(Control *control, Solver *solver, double limit, double near) {
     return 1;
 }
 
+/* Complete a step at t, where the parts have got their states, and evaluate all first: there are FMUs that compute what is read
+   from them only when derivatives are asked for, or a step is completed. Derivatives that are refused here are the next step's
+   matter. *event: whether there is one. `rates` is overwritten. */
+static int complete_at(const System *system, Control *control, double t, double *rates, int *event) {
+    const int refused = control->refused;
+    if (get_derivatives(system, control, t, rates) == BROKEN) return 0;
+    control->refused = refused;
+    return !complete_step(system, control, t, event);
+}
+
 /* Bring the parts to the end of the solver's step; *event: whether there is one. */
 static int complete(const System *system, Control *control, Solver *solver, int *event) {
     *event = solver->at_root;
     solver->pending = solver->at_root = 0;
-    if (place_parts(system, control, solver->reached, solver->state_values)) return broken(control, solver, 0, solver->reached);
-    if (complete_step(system, control, solver->reached, event)) return broken(control, solver, 0, solver->reached);
+    if (place_parts(system, control, solver->reached, solver->state_values) ||
+        !complete_at(system, control, solver->reached, solver->between_values, event))
+        return broken(control, solver, 0, solver->reached);
     return 1;
 }
 
@@ -254,13 +265,6 @@ static int advance(const System *system, Control *control, Solver *solver, doubl
     return broken(control, solver, -1, solver->reached);
 }
 
-/* The inputs jump at t, before the end of the solver's last step: what comes after t does not count. */
-static int cut_short(const System *system, Control *control, Solver *solver, double t) {
-    int event = 0;
-    if (complete_step(system, control, t, &event)) return broken(control, solver, 0, t);
-    return !event || handle_event_of_parts(system, control, t);
-}
-
 int have_inputs_crossed(const System *system, Control *control, double t, int *crossed) {
     Solver *const solver = solver_of(system);
     if (!solver || !solver->indicators || !solver->has_left) return 1;
@@ -280,6 +284,23 @@ int note_indicators(const System *system, Control *control, double t) {
     return solver->has_left = 1;
 }
 
+/* The step ends before the point that the solver has reached. For the parts it is completed here. */
+static int end_between(const System *system, Control *control, Solver *solver, double t, double near, int may_end) {
+    int event = 0;
+    const int flag = ((Interpolate *)solver->interpolate)(solver->memory, t, 0, solver->between);
+    if (flag < 0) return broken(control, solver, flag, t);
+    if (place_parts(system, control, t, solver->between_values) || !complete_at(system, control, t, solver->between_values, &event))
+        return broken(control, solver, 0, t);
+    if (event) {
+        if (!goes_on(control, solver, t, near)) return 0;
+        restart_solver(system);
+        control->at_event = may_end;
+        if (may_end) return 1;
+        if (!handle_event_of_parts(system, control, t)) return 0;
+    }
+    return open_after_event(system, control, t, 0) && note_indicators(system, control, t);
+}
+
 int solve(const System *system, Control *control, double t, double h, int may_end) {
     Solver *const solver = solver_of(system);
     const double target = control->target, near = time_rounding(t, h);
@@ -289,20 +310,13 @@ int solve(const System *system, Control *control, double t, double h, int may_en
     control->refused = FAULT_NO_FAULT; /* in this step: if it fails, that is the likely reason */
     if (!inputs_have_changed(system, control, t, &changed)) return 0;
     solver->held_back = changed && !solver->restart;
-    if (solver->held_back && solver->pending && !cut_short(system, control, solver, t)) return 0;
     if (changed && !have_inputs_crossed(system, control, t, &crossed)) return 0;
     if (crossed && !handle_event_of_parts(system, control, t)) return 0;
     if ((changed || solver->restart) && !begin(system, control, solver, t, near)) return 0;
     if (!advance(system, control, solver, target, near, may_end, &ended)) return 0;
-    const double end = ended ? solver->reached : target;
-    if (solver->reached > end + near) {
-        const int flag = ((Interpolate *)solver->interpolate)(solver->memory, end, 0, solver->between);
-        if (flag < 0) return broken(control, solver, flag, end);
-    } else {
-        memcpy(solver->between_values, solver->state_values, size_of_state(solver));
-    }
     solver->has_left = 0;
     if (ended) return 1; /* the parts are there */
-    if (place_parts(system, control, end, solver->between_values)) return broken(control, solver, 0, end);
-    return note_indicators(system, control, end);
+    if (solver->reached > target + near) return end_between(system, control, solver, target, near, may_end);
+    if (place_parts(system, control, target, solver->state_values)) return broken(control, solver, 0, target);
+    return note_indicators(system, control, target);
 }

@@ -28,6 +28,7 @@ enum model {
     SWITCHING,  /* x1' = 1; event indicator x1 - p, whose event makes y and the count 1 */
     SWITCHED,   /* x1' = 1 where u > p; event indicator u - p, whose event makes y and the count 1 or 0 */
     FOLLOWING,  /* x1' = count; an event makes the count d, and is counted if that is another */
+    LATE,       /* as DECAY, but computes derivatives only where they are asked for as such, and y where a step is completed */
     MODELS
 };
 
@@ -97,6 +98,13 @@ static void evaluate(Equations *self) {
     if (is(self, SWITCHING) || is(self, SWITCHED)) self->r[Y] = self->r[COUNT];
 }
 
+/* What is read is up to date. */
+static void bring_up_to_date(Equations *self) {
+    if (is(self, LATE)) return;
+    derive(self);
+    evaluate(self);
+}
+
 static void indicate(const Equations *self, double z[2]) {
     const double *const r = self->r;
     z[0] = z[1] = 1.0;
@@ -156,6 +164,7 @@ static int update(Equations *self) {
 
 static int complete(Equations *self) {
     self->r[COMPLETED] += 1.0;
+    evaluate(self);
     if (is(self, COMPLETING) && self->r[X] > self->r[P]) self->wants = 1;
     return self->wants;
 }
