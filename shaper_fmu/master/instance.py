@@ -153,7 +153,9 @@ class Instance:
         if message.startswith("Failed to instantiate"):  # the function has returned NULL
             kinds = {1: ("Slave", "Model"), 2: ("", ""), 3: ("CoSimulation", "ModelExchange")}[self.fmu.version]
             message = standard_name(f"fmi{self.fmu.version}Instantiate{kinds[self.fmu.exchanges_model]} failed")
-        return "; ".join(line for line in [message, *list(self.log)[-3:]] if line)
+        words = "; ".join(line for line in [message, *list(self.log)[-3:]] if line)
+        refused = self.event_mode and not self.fmu.exchanges_model and "event mode" in words.lower()
+        return f"{words}; to do without: system.use_event_mode({self.name!r}, False)" if refused else words
 
     def call(self, function: str, *arguments: Any, at: Moment = None) -> Any:
         """Call a method of fmpy's slave, such as "reset"."""

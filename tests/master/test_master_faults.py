@@ -58,7 +58,7 @@ ONLY3 = [
     ("update", ERROR, 0.5, "fmi3UpdateDiscreteStates failed: the update goes wrong as told", 5),
     ("update", FATAL, 0.5, "fmi3UpdateDiscreteStates failed: the update goes wrong as told (Fatal: it", 5),
     ("endless", 0, 0.5, "fmi3UpdateDiscreteStates asked for another update again and again", 5),
-    ("terminate_in_update", 0, 0.5, "fmi3UpdateDiscreteStates asked to end the simulation", 5),
+    ("terminate_in_update", 0, 0.5, "fmi3UpdateDiscreteStates asked to end the simulation", 6),
     ("update", ERROR, None, "fmi3UpdateDiscreteStates failed: the update goes wrong as told", 0),
 ]
 CASES = [(version, *case) for version in (2, 3) for case in COMMON] + [(3, *case) for case in ONLY3]
@@ -181,6 +181,17 @@ def test_an_event_that_nobody_announced_cannot_end_the_step_of_instances_that_ha
     assert everywhere["first.output"][-1] == everywhere["x.count_out"][-1] / 100 == 13.0
     with pytest.raises(SimulationError, match="returned early"):  # on the grid alone, steps are not shortened
         system.simulate(STOP, STEP, exact=False)
+
+
+def test_an_fmu_that_refuses_the_event_mode_which_it_declares_is_told_with_what_to_do():
+    """As Roberts of the Reference FMUs does."""
+    system = alone(3, name="plain")
+    with pytest.raises(
+        SimulationError, match=r"Event Mode is not supported\.; to do without: system\.use_event_mode\('plain', False\)$"
+    ):
+        system.simulate(STOP, STEP)
+    system.use_event_mode("plain", False)
+    assert system.simulate(STOP, STEP).time[-1] == STOP
 
 
 @pytest.mark.parametrize(("version", "function"), [(2, "fmi2Instantiate"), (3, "fmi3InstantiateCoSimulation")])

@@ -21,6 +21,11 @@ EXPORT fmi3Instance fmi3InstantiateCoSimulation(
         free(self);
         return NULL;
     }
+    if (event_mode && strcmp(name, "plain") == 0) {
+        say(self, fmi3Error, "Event Mode is not supported.");
+        free(self);
+        return NULL;
+    }
     start(self);
     return self;
 }
