@@ -72,7 +72,9 @@ def called_name(instance: Instance, number: int) -> str:
         ("GetNominals", 2): "GetNominalsOfContinuousStates", ("GetNominals", 3): "GetNominalsOfContinuousStates",
         ("UpdateDiscreteStates", 2): "NewDiscreteStates", ("UpdateDiscreteStates", 1): "EventUpdate",
         ("Reset", 1): "ResetSlave", ("SetupExperiment", 1): "SetTime",
+        ("GetInputs", 3): "GetFloat64", ("SetInputs", 3): "SetFloat64",
     }  # fmt: skip
+    names |= {(f"{verb}Inputs", known): f"{verb}Real" for verb in ("Get", "Set") for known in (1, 2)}
     exchange = instance.fmu.exchanges_model
     if name == "EnterInitializationMode" and version == 1:
         name = "Initialize" if exchange else "InitializeSlave"

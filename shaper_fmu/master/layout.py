@@ -107,11 +107,17 @@ SLOPE = record(
 SLOPES_OF = record(
     "SlopeCall",
     """
-    Function function;
+    Function function;              // none for a part: the solver moves its inputs itself, by the functions below
     void *handle;
     const uint32_t *references;
     const int32_t *orders;
     double *values;
+    Function get;
+    Function set;
+    double *base;                   // values at the beginning of the step
+    double *moved;
+    double from;                    // when that was
+    int32_t version;                // of FMI
     int32_t instance;
     int32_t first;                  // of the slopes
     int32_t count;
@@ -398,7 +404,7 @@ class Called(IntEnum):
     Reset, SetupExperiment, EnterInitializationMode, ExitInitializationMode = range(5, 9)
     SetClock, GetClock, GetIntervalDecimal, GetIntervalFraction, GetShiftDecimal, GetShiftFraction = range(9, 15)
     SetTime, SetContinuousStates, GetContinuousStates, GetNominals, GetDerivatives, GetEventIndicators = range(15, 21)
-    CompletedIntegratorStep, GetDirectionalDerivative = range(21, 23)
+    CompletedIntegratorStep, GetDirectionalDerivative, GetInputs, SetInputs = range(21, 25)
 
 
 PERIODIC, CHANGING, COUNTDOWN, TRIGGERED, TRIGGERING = ClockKind

@@ -73,7 +73,8 @@ class Program:
         self.signals: list[tuple[int, Signal]] = [(self._places[("signal", *port)], signal) for port, signal in functions.items()]
         for port in functions:
             self._places[("signal at the end", *port)] = len(self._places)
-        self.linear_inputs: list[Port] = linear_inputs(instances, connections) if linear else []
+        monolithic = solving.coupling == "monolithic"
+        self.linear_inputs: list[Port] = linear_inputs(instances, connections, monolithic) if linear else []
         for port in self.linear_inputs:
             self._places[("held", *connections[port])] = len(self._places)
         numbers = {name: i for i, name in enumerate(self.names)}
@@ -86,7 +87,6 @@ class Program:
         self._operations = Operations(
             system, instances, connections, self._writer, self._places, causes, self._event_ports, self.clocks
         )
-        monolithic = solving.coupling == "monolithic"
         programs = self._operations.programs(algorithm, self.linear_inputs, self._linear.calls, starts, monolithic)
         self.parts: Parts = Parts(instances, solving, bool(programs["coupled"]))
         self._cut_between_parts = self._cut_sources(self.parts.names) if monolithic else []

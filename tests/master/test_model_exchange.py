@@ -299,6 +299,24 @@ def test_a_shaped_command_reaches_the_plant_at_its_edges(version, fmus, fmus3):
     assert np.abs(results["plant.position"][after] - 0.01).max() < 1e-10
 
 
+@pytest.mark.parametrize("interpolation", ["hold", "linear"])
+@pytest.mark.parametrize("algorithm", ["jacobi", "parallel", "gauss_seidel"])
+@VERSIONS
+def test_a_smooth_command_acts_as_on_the_exact_plant(version, algorithm, interpolation, fmus, fmus3):
+    """The mass by co-simulation is exact for inputs that are held, and for linear ones (FMI 2.0)."""
+    found = []
+    for interface in ("model_exchange", "co_simulation"):
+        system = System()
+        system.add("profile", fmus / "MotionProfile.fmu", duration=0.5, distance=1.0)
+        folder = fmus3 if version == 3 and interface == "model_exchange" else fmus
+        system.add("plant", folder / "MassSpringDamper.fmu", interface=interface)  # pyright: ignore[reportArgumentType]
+        system.connect_raw("profile.position", "plant.force")
+        options = {"algorithm": algorithm, "interpolation": interpolation, "solver_tolerance": 1e-10}
+        found.append(system.simulate(1.0, 0.02, **options))
+    assert np.abs(found[0]["plant.position"] - found[1]["plant.position"]).max() < 1e-10
+    assert found[0].notes == found[1].notes
+
+
 def test_batches_isolated_and_controlled_runs_give_the_same(fmus):
     system = pair(fmus / "MassSpringDamper.fmu", "position", 40.0)
     whole = system.simulate(1.0, 0.01, solver_tolerance=1e-8, start_values={"a.mass": 1.5})

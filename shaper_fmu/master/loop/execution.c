@@ -2,6 +2,7 @@
 
 #include "execution.h"
 
+#include "parts.h"
 #include "solver.h"
 #include "transfers.h"
 
@@ -93,6 +94,7 @@ static int set_slopes(const System *system, Control *control, int number, double
         const Slope *const slope = &system->slopes.at[call->first + i];
         call->values[i] = slope->gain * slope_of(slope, system->bus.at, control, t, h);
     }
+    if (!call->function) return note_inputs(system, control, number, t);
     Fmi2SetRealInputDerivatives *const function = (Fmi2SetRealInputDerivatives *)call->function;
     const int status = function(call->handle, call->references, (size_t)call->count, call->orders, call->values);
     keep_arithmetic();

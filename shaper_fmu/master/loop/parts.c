@@ -52,6 +52,34 @@ static int set_states(Control *control, const Part *part, double t, const double
     return judged(control, part, status, CALLED_SetContinuousStates, t);
 }
 
+static int transfer_inputs(const SlopeCall *call, Function function, double *values) {
+    const size_t count = (size_t)call->count;
+    const int status = call->version == 3
+                           ? ((Fmi3Transfer *)function)(call->handle, call->references, count, values, count)
+                           : ((Fmi2Transfer *)function)(call->handle, call->references, count, values);
+    keep_arithmetic();
+    return status;
+}
+
+int note_inputs(const System *system, Control *control, int number, double t) {
+    SlopeCall *const call = &system->slopes_of.at[number];
+    call->from = t;
+    return judge(control, transfer_inputs(call, call->get, call->base), -1 - call->instance, CALLED_GetInputs, t);
+}
+
+/* Bring linear inputs to where they are at t. */
+static int move_inputs(const System *system, Control *control, double t) {
+    for (size_t k = 0; k < system->slopes_of.count; k++) {
+        const SlopeCall *const call = &system->slopes_of.at[k];
+        if (call->function || !(t >= call->from)) continue;
+        for (int i = 0; i < call->count; i++) call->moved[i] = call->base[i] + call->values[i] * (t - call->from);
+        const int status = transfer_inputs(call, call->set, call->moved);
+        if (status == 2) return refuse(control, FAULT_CALL_FAILED, status, -1 - call->instance, CALLED_SetInputs);
+        if (!judge(control, status, -1 - call->instance, CALLED_SetInputs, t)) return BROKEN;
+    }
+    return EVALUATED;
+}
+
 int place_parts(const System *system, Control *control, double t, const double *state) {
     for (size_t i = 0; i < system->parts.count; i++) {
         Part *const part = &system->parts.at[i];
@@ -60,7 +88,8 @@ int place_parts(const System *system, Control *control, double t, const double *
         if (!judgement) judgement = set_states(control, part, t, state);
         if (judgement) return judgement;
     }
-    if (!system->coupled_program.count) return EVALUATED;
+    const int moved = move_inputs(system, control, t);
+    if (moved || !system->coupled_program.count) return moved;
     if (!execute(system, control, system->coupled_read_program, t, 0.0)) return BROKEN;
     return exchange_in_loops(system, control, system->coupled_program, t);
 }

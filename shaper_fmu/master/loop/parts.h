@@ -18,6 +18,9 @@ int place_parts(const System *system, Control *control, double t, const double *
    of them. */
 int open_after_event(const System *system, Control *control, double t, int initializing);
 
+/* Keep the values that a part's linear inputs have at t, where a step begins. */
+int note_inputs(const System *system, Control *control, int number, double t);
+
 /* The parts' derivatives and event indicators, where they have been placed. */
 int get_derivatives(const System *system, Control *control, double t, double *rates);
 int get_indicators(const System *system, Control *control, double t, double *indicators);

@@ -301,6 +301,12 @@ static int end_between(const System *system, Control *control, Solver *solver, d
     return open_after_event(system, control, t, 0) && note_indicators(system, control, t);
 }
 
+static int has_linear_inputs(const System *system) {
+    for (size_t i = 0; i < system->slopes_of.count; i++)
+        if (!system->slopes_of.at[i].function) return 1;
+    return 0;
+}
+
 int solve(const System *system, Control *control, double t, double h, int may_end) {
     Solver *const solver = solver_of(system);
     const double target = control->target, near = time_rounding(t, h);
@@ -309,7 +315,7 @@ int solve(const System *system, Control *control, double t, double h, int may_en
     solver->control = control;
     control->refused = FAULT_NO_FAULT; /* in this step: if it fails, that is the likely reason */
     if (!inputs_have_changed(system, control, t, &changed)) return 0;
-    solver->held_back = changed && !solver->restart;
+    solver->held_back = (changed && !solver->restart) || has_linear_inputs(system);
     if (changed && !have_inputs_crossed(system, control, t, &crossed)) return 0;
     if (crossed && !handle_event_of_parts(system, control, t)) return 0;
     if ((changed || solver->restart) && !begin(system, control, solver, t, near)) return 0;
