@@ -242,7 +242,8 @@ SOLVER = record(
     int32_t held_back;              // whether it does not go beyond the step's end, where inputs may jump
     int32_t events_at_once;
     int32_t shrinking;              // intervals between events, one after the other
-    int32_t watching;               // the first step: an indicator that was 0 must not change its sign unseen
+    int32_t watching;               // indicators that were 0, in the first step or in later ones: they must not leave it unseen
+    int32_t leaving;                // whether one has
     """,
 )
 """Of all parts together."""

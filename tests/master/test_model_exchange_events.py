@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from equation_fmus import MODELS, equations_fmu
+from equation_fmus import MODELS, equations, equations_fmu
 
 from shaper_fmu.master.system import System
 
@@ -39,3 +39,33 @@ def test_an_event_reaches_all_that_follow_from_it_at_once(version, algorithm, wi
     assert results["d.events"][-1] == 1.0
     for name in ("b.x1", "c.x1", "d.x1"):
         assert results[name][-1] == pytest.approx(1.0 - 0.3721, abs=1e-7), name
+
+
+@VERSIONS
+@ALGORITHMS
+@pytest.mark.parametrize("step", [0.05, 0.3])
+@pytest.mark.parametrize("limit", [0.0, 0.25, 0.5])
+def test_a_limit_that_is_met_exactly_is_passed(version, algorithm, step, limit):
+    """u = t comes to be above p after the time at which the event indicator u - p is 0, at the start for one; x1 = t - p then."""
+    system = System()
+    system.add("a", equations_fmu(version), {"model": float(MODELS["two_sided"]), "p": 9.0})
+    system.add("b", equations_fmu(version), {"model": float(MODELS["switched"]), "p": limit})
+    system.drive("a.u", [(0.0, 1.0)])
+    system.connect("a.y", "b.u")
+    results = system.simulate(1.0, step, algorithm=algorithm, solver_tolerance=1e-9, record=["b.events", "b.x1", "a.x1"])
+    assert results["b.events"][-1] == 1.0
+    assert results["b.x1"][-1] == pytest.approx(1.0 - limit, abs=1e-7)
+    assert results["a.x1"][-1] == pytest.approx(1.0, abs=1e-10)
+
+
+@VERSIONS
+@pytest.mark.parametrize("gap", [0.0, 1e-15, 3e-11])
+@pytest.mark.parametrize("within", [False, True])
+def test_time_events_that_follow_at_once_are_handled(version, gap, within):
+    """Three at 0.3, as near to each other as times can be told apart, or at the same time; x1' = 3 then."""
+    system = equations(version, "soon", p=0.3, q=gap)
+    if within:
+        system.drive("x.u", lambda t: 1.0)
+    results = system.simulate(1.0, 0.1, solver_tolerance=1e-9)
+    assert results["x.count"][-1] == 3.0
+    assert results["x.y"][-1] == pytest.approx(3.0 * 0.7, abs=1e-7)

@@ -32,6 +32,7 @@ MODELS = {
             "switched",
             "following",
             "late",
+            "soon",
         ]
     )
 }  # as in equations.h

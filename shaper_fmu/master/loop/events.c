@@ -5,6 +5,7 @@
 #include "algebraic.h"
 #include "arithmetic.h"
 #include "clocks.h"
+#include "crossings.h"
 #include "execution.h"
 #include "faults.h"
 #include "fmi.h"
@@ -12,7 +13,8 @@
 #include "solver.h"
 
 #define MOST_UPDATES 100
-#define MOST_CROSSINGS 10 /* one after the other; where values close a loop, rounding may take one back and forth */
+#define MOST_FOLLOWING 10 /* updates: where values close a loop, rounding may take an indicator back and forth, and some time events are
+                            never but in the past */
 
 /* What an instance answers to the update of its discrete states. */
 typedef struct {
@@ -118,6 +120,13 @@ static int has_fed(const System *system, int parts, int *asking) {
     return 0;
 }
 
+/* Whether a part's next time event is now, or was before. */
+static int is_due(const System *system, double t) {
+    for (size_t i = 0; i < system->parts.count; i++)
+        if (system->instances.at[system->parts.at[i].instance].next_event <= t) return 1;
+    return 0;
+}
+
 /* One super-dense instant: exchange values, and update discrete states; 1 if another one is needed, 0 if not, or FAILED.
    `settled` tells whether all but the ticks that are due has settled, `asking` which instance has asked last. */
 static int settle(const System *system, Control *control, double t, int *settled, int *asking) {
@@ -153,7 +162,7 @@ static int exchange_between_parts(const System *system, Control *control, double
 }
 
 /* Bring what an update has changed to the inputs; *again: whether these ask for another one. */
-static int spread(const System *system, Control *control, double t, int *again, int *asking, int *crossings) {
+static int spread(const System *system, Control *control, double t, int *again, int *asking, int *following) {
     int crossed = 0;
     if (!execute(system, control, system->event_read_program, t, 0.0) || !note_indicators(system, control, t)) return 0;
     if (!execute(system, control, system->event_program, t, 0.0)) return 0;
@@ -162,7 +171,7 @@ static int spread(const System *system, Control *control, double t, int *again, 
         if (!execute(system, control, system->event_read_program, t, 0.0)) return 0;
     }
     if (!have_inputs_crossed(system, control, t, &crossed)) return 0;
-    *again = has_fed(system, 0, asking) || (crossed && ++*crossings < MOST_CROSSINGS);
+    *again = has_fed(system, 0, asking) || ((crossed || is_due(system, t)) && ++*following < MOST_FOLLOWING);
     return 1;
 }
 
@@ -172,13 +181,13 @@ int handle_event(const System *system, Control *control, double t, int entering)
     if (entering && !all_in_mode(system, control, 1, 0, t)) return 0;
     restart_solver(system);
     const int rereading = is_rereading(system, control);
-    int asking = 0, settled = 0, crossings = 0;
+    int asking = 0, settled = 0, following = 0;
     for (int i = 0; i < MOST_UPDATES; i++) {
         const int again = settle(system, control, t, &settled, &asking);
         if (again == FAILED) return 0;
         if (!rereading) return 1; /* all that follows the inputs has been read */
         int fed = 0;
-        if (!spread(system, control, t, &fed, &asking, &crossings)) return 0;
+        if (!spread(system, control, t, &fed, &asking, &following)) return 0;
         if (fed) settled = 0;
         if (again || fed) continue;
         return all_in_mode(system, control, 0, 0, t) && open_after_event(system, control, t, 0) &&
@@ -188,14 +197,14 @@ int handle_event(const System *system, Control *control, double t, int entering)
 }
 
 int handle_event_of_parts(const System *system, Control *control, double t) {
-    int asking = 0, again = 1, crossings = 0;
+    int asking = 0, again = 1, following = 0;
     if (!all_in_mode(system, control, 1, 1, t)) return 0;
     for (int i = 0; i < MOST_UPDATES; i++) {
         int crossed = 0;
         note_sources(system);
         if (!note_indicators(system, control, t) || !exchange_between_parts(system, control, t)) return 0;
         if (!have_inputs_crossed(system, control, t, &crossed)) return 0;
-        const int fed = has_fed(system, 1, &asking) || (crossed && ++crossings < MOST_CROSSINGS);
+        const int fed = has_fed(system, 1, &asking) || ((crossed || is_due(system, t)) && ++following < MOST_FOLLOWING);
         if (!again && !fed) return all_in_mode(system, control, 0, 1, t);
         again = 0;
         for (size_t k = 0; k < system->parts.count; k++) {

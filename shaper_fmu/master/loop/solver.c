@@ -2,6 +2,7 @@
 
 #include "solver.h"
 
+#include "crossings.h"
 #include "events.h"
 #include "execution.h"
 #include "faults.h"
@@ -24,8 +25,6 @@ typedef int Interpolate(void *memory, double t, int derivative, void *state);
 typedef int SetTime(void *memory, double t);
 typedef double *Data(void *vector);
 typedef double *Column(void *matrix, int64_t number);
-
-static Solver *solver_of(const System *system) { return system->solvers.count ? &system->solvers.at[0] : NULL; }
 
 static const System *system_of(const Solver *solver) { return (const System *)solver->system; }
 
@@ -81,8 +80,7 @@ void reset_solver(const System *system) {
     if (solver->is_stiff) exchange_memories(solver);
 }
 
-/* What could not be done; where an evaluation was refused, that is the reason. */
-static int broken(Control *control, const Solver *solver, int flag, double t) {
+int broken(Control *control, const Solver *solver, int flag, double t) {
     if (control->fault) return 0;
     if (control->refused)
         return fail(control, control->refused, control->refused_status, control->refused_where, control->refused_element, t);
@@ -97,29 +95,8 @@ static int begin_with(Control *control, Solver *solver, double t, double first) 
     return flag >= 0 ? 1 : broken(control, solver, flag, t);
 }
 
-static size_t size_of_state(const Solver *solver) { return sizeof(double) * (size_t)(solver->states > 0 ? solver->states : 1); }
-
-/* Event indicators that are 0 at the beginning, as after a bounce: find out what they become. CVODE looks after a tenth of its
-   first step; before that one may come and go unseen. */
-static int watch(const System *system, Control *control, Solver *solver, double t, double near) {
-    double *const x = solver->between_values, *const z = solver->indicator_values;
-    solver->watching = 0;
-    if (loop_indicators(t, solver->state, z, solver)) return broken(control, solver, 0, t);
-    for (int i = 0; i < solver->indicators; i++) {
-        solver->signs[i] = z[i] == 0.0;
-        if (z[i] == 0.0) solver->watching = 1;
-    }
-    if (!solver->watching) return 1;
-    memcpy(solver->begin_values, solver->state_values, size_of_state(solver));
-    if (loop_derivatives(t, solver->state, solver->between, solver)) return broken(control, solver, 0, t);
-    for (int i = 0; i < solver->states; i++) x[i] = solver->begin_values[i] + near * x[i];
-    if (place_parts(system, control, t + near, x) || get_indicators(system, control, t + near, z)) return broken(control, solver, 0, t);
-    for (int i = 0; i < solver->indicators; i++) solver->signs[i] = solver->signs[i] ? (z[i] > 0.0) - (z[i] < 0.0) : 0;
-    return !place_parts(system, control, t, solver->begin_values) || broken(control, solver, 0, t);
-}
-
-/* Begin anew from the parts' own states. */
-static int begin(const System *system, Control *control, Solver *solver, double t, double near) {
+/* Begin anew from the parts' own states, as they are. */
+static int begin_here(const System *system, Control *control, Solver *solver, double t) {
     if (get_states(system, control, t, solver->state_values, solver->absolute_values)) return broken(control, solver, 0, t);
     const int count = solver->states > 0 ? solver->states : 1;
     for (int i = 0; i < count; i++) solver->absolute_values[i] = solver->relative * (solver->states ? solver->absolute_values[i] : 1.0);
@@ -127,17 +104,20 @@ static int begin(const System *system, Control *control, Solver *solver, double 
     if (flag >= 0 && solver->indicators) flag = ((SetTime *)solver->set_longest)(solver->memory, control->step);
     if (flag < 0) return broken(control, solver, flag, t);
     solver->restart = solver->pending = solver->at_root = 0;
-    if (!begin_with(control, solver, t, 0.0)) return 0;
-    return !solver->indicators || watch(system, control, solver, t, near);
+    return begin_with(control, solver, t, 0.0);
 }
 
-/* Whether an indicator that was 0 at the beginning has come and gone unseen within the first step. */
-static int has_been_missed(Solver *solver, int *missed) {
-    const double *const z = solver->indicator_values;
-    if (loop_indicators(solver->reached, solver->state, solver->indicator_values, solver)) return 0;
-    for (int i = 0; i < solver->indicators; i++)
-        if (z[i] * solver->signs[i] < 0.0) *missed = 1;
-    return 1;
+/* Begin anew. Event indicators that leave 0 at once, as those that were 0 at an event, have another event then. */
+static int begin(const System *system, Control *control, Solver *solver, double t, double near) {
+    const double then = fmin(t + near, control->stop);
+    int leaving = 0;
+    if (!begin_here(system, control, solver, t)) return 0;
+    if (!solver->indicators) return 1;
+    if (!watch(system, control, solver, t, near, &leaving)) return 0;
+    if (!leaving) return 1;
+    if (place_parts(system, control, then, solver->between_values)) return broken(control, solver, 0, t);
+    if (!handle_event_of_parts(system, control, then) || !begin_here(system, control, solver, then)) return 0;
+    return watch(system, control, solver, then, near, &leaving);
 }
 
 /* One step of CVODE's, whose end is not completed yet. */
@@ -154,25 +134,29 @@ static int take_step_of_solver(Control *control, Solver *solver, double limit) {
     return flag >= 0 ? 1 : broken(control, solver, flag, from);
 }
 
-/* The next step; the first one is taken again, shorter, until it misses nothing. What comes and goes within the rounding of times
-   is an event at once. */
+/* The next step; while event indicators that were 0 are watched it is taken again, shorter, until it misses nothing. What comes and
+   goes, or leaves 0, within the rounding of times is an event at once. */
 static int go_on(Control *control, Solver *solver, double limit, double near) {
     const double from = solver->reached;
+    int first = solver->watching == WATCHING_FIRST;
+    solver->leaving = 0;
+    if (solver->watching) memcpy(solver->begin_values, solver->state_values, size_of_state(solver));
     if (!take_step_of_solver(control, solver, limit)) return 0;
     while (solver->watching) {
-        int missed = solver->at_root; /* which may be the wrong one: within its first step CVODE interpolates by a line */
+        int missed = first && solver->at_root; /* which may be the wrong one: within its first step CVODE interpolates by a line */
         if (!missed && !has_been_missed(solver, &missed)) return broken(control, solver, 0, solver->reached);
         if (!missed) break;
         if (solver->reached <= from + near) {
-            solver->at_root = 1;
+            solver->at_root = solver->leaving = 1;
             break;
         }
-        const double shorter = 0.25 * (solver->reached - from);
+        const double shorter = fmax(0.25 * (solver->reached - from), 0.5 * near);
         memcpy(solver->state_values, solver->begin_values, size_of_state(solver));
         if (!begin_with(control, solver, from, shorter)) return 0;
         if (!take_step_of_solver(control, solver, from + shorter)) return 0;
+        first = 1;
     }
-    solver->watching = 0;
+    go_on_watching(solver);
     return 1;
 }
 
@@ -187,8 +171,9 @@ static int complete_at(const System *system, Control *control, double t, double 
 }
 
 /* Bring the parts to the end of the solver's step; *event: whether there is one. */
-static int complete(const System *system, Control *control, Solver *solver, int *event) {
+static int complete(const System *system, Control *control, Solver *solver, double near, int *event) {
     *event = solver->at_root;
+    if (solver->at_root && solver->indicators && !pass_zeros(system, control, solver, near)) return 0;
     solver->pending = solver->at_root = 0;
     if (place_parts(system, control, solver->reached, solver->state_values) ||
         !complete_at(system, control, solver->reached, solver->between_values, event))
@@ -207,19 +192,18 @@ static int goes_on(Control *control, Solver *solver, double t, double near) {
     return fail(control, FAULT_ENDLESS_STATE_EVENTS, 0, -1 - system_of(solver)->parts.at[0].instance, 0, t);
 }
 
-/* The time event of a part that comes first. */
-static double next_event(const System *system) {
+/* The time event of a part that comes first, of those after `since`, when they have been asked. */
+static double next_event(const System *system, double since) {
     double earliest = NO_EVENT;
     for (size_t i = 0; i < system->parts.count; i++) {
         const double due = system->instances.at[system->parts.at[i].instance].next_event;
-        if (due < earliest) earliest = due;
+        if (due > since && due < earliest) earliest = due;
     }
     return earliest;
 }
 
 /* How far the solver may go: to the target, or beyond it where nothing is known to happen there and values are interpolated. */
-static double limit_of(const System *system, const Control *control, const Solver *solver, double target, int may_end) {
-    const double due = next_event(system);
+static double limit_of(const Control *control, const Solver *solver, double due, double target, int may_end) {
     if (due <= target) return due > solver->reached ? due : target;
     if (!may_end || !solver->states || solver->held_back || !control->exact || control->returning || control->at_grid == 0) return target;
     return fmax(target, fmin(fmin(due, control->horizon), control->stop));
@@ -234,54 +218,50 @@ static void end_step(Control *control, double target, double reached, double nea
     control->at_event = SHORTENED;
 }
 
-/* Solve until the target, or until an event for which the step is ended (*ended). */
-static int advance(const System *system, Control *control, Solver *solver, double target, double near, int may_end, int *ended) {
+/* Bring the parts to a time event that is due within the rounding of the time that the solver has reached. */
+static int reach(const System *system, Control *control, Solver *solver, double due) {
+    if (!(due > solver->reached)) return 1;
+    solver->reached = due;
+    return !place_parts(system, control, due, solver->state_values) || broken(control, solver, 0, due);
+}
+
+/* Solve until the target, or until an event for which the step is ended (*ended). An event within the rounding of its beginning ends
+   no step. */
+static int advance(const System *system, Control *control, Solver *solver, double t, double near, int may_end, int *ended) {
+    const double target = control->target;
+    double since = t;
     int standing = 0;
     for (int i = 0; i < MOST_SOLVER_STEPS; i++) {
         int event = 0;
         const int is_there = solver->reached >= target - near;
-        if (solver->pending && solver->reached <= target + near && !complete(system, control, solver, &event)) return 0;
-        if (!may_end && next_event(system) <= solver->reached + near) event = 1; /* else the step ends there, or goes on from there */
-        if (event) {
+        if (solver->pending && solver->reached <= target + near && !complete(system, control, solver, near, &event)) return 0;
+        const double due = next_event(system, since);
+        const int is_due = due <= solver->reached + near && (!may_end || due <= t + near); /* later ones are at the target */
+        if (event || is_due) {
+            const int within = !may_end || is_due || (solver->leaving && solver->reached <= t + near);
+            if (is_due && !reach(system, control, solver, due)) return 0;
             if (!goes_on(control, solver, solver->reached, near)) return 0;
-            if (may_end) {
+            if (!within) {
                 end_step(control, target, solver->reached, near);
                 *ended = 1;
                 return 1;
             }
+            since = solver->reached;
             if (!handle_event_of_parts(system, control, solver->reached)) return 0;
             if (!begin(system, control, solver, solver->reached, near)) return 0;
         }
         if (is_there) return 1;
+        if (is_due && next_event(system, since) <= solver->reached + near) continue; /* too near for a step */
         if (i >= MOST_STEPS_OF_ADAMS && solver->stiff_memory && !solver->is_stiff) {
             exchange_memories(solver);
             if (!begin(system, control, solver, solver->reached, near)) return 0;
         }
         const double from = solver->reached;
-        if (!go_on(control, solver, limit_of(system, control, solver, target, may_end), near)) return 0;
+        if (!go_on(control, solver, limit_of(control, solver, next_event(system, since), target, may_end), near)) return 0;
         standing = solver->reached - from > 0x1p-48 * fabs(from) ? 0 : standing + 1;
         if (standing > MOST_STANDING) return broken(control, solver, -3, from);
     }
     return broken(control, solver, -1, solver->reached);
-}
-
-int have_inputs_crossed(const System *system, Control *control, double t, int *crossed) {
-    Solver *const solver = solver_of(system);
-    if (!solver || !solver->indicators || !solver->has_left) return 1;
-    double *const now = solver->indicator_values;
-    control->refused = FAULT_NO_FAULT;
-    if (get_indicators(system, control, t, now)) return broken(control, solver, 0, t);
-    for (int i = 0; i < solver->indicators; i++)
-        if ((now[i] > 0.0) != (solver->left_indicators[i] > 0.0)) *crossed = 1;
-    return 1;
-}
-
-int note_indicators(const System *system, Control *control, double t) {
-    Solver *const solver = solver_of(system);
-    if (!solver || !solver->indicators) return 1;
-    control->refused = FAULT_NO_FAULT;
-    if (get_indicators(system, control, t, solver->left_indicators)) return broken(control, solver, 0, t);
-    return solver->has_left = 1;
 }
 
 /* The step ends before the point that the solver has reached. For the parts it is completed here. */
@@ -319,7 +299,7 @@ int solve(const System *system, Control *control, double t, double h, int may_en
     if (changed && !have_inputs_crossed(system, control, t, &crossed)) return 0;
     if (crossed && !handle_event_of_parts(system, control, t)) return 0;
     if ((changed || solver->restart) && !begin(system, control, solver, t, near)) return 0;
-    if (!advance(system, control, solver, target, near, may_end, &ended)) return 0;
+    if (!advance(system, control, solver, t, near, may_end, &ended)) return 0;
     solver->has_left = 0;
     if (ended) return 1; /* the parts are there */
     if (solver->reached > target + near) return end_between(system, control, solver, target, near, may_end);

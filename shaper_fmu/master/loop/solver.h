@@ -9,18 +9,20 @@
 
 #include "loop.h"
 
+#include <stddef.h>
+
 /* Solve the equations over [t, t + h]; `may_end` tells whether the step may be ended early, for all. */
 int solve(const System *system, Control *control, double t, double h, int may_end);
 
 /* An event has been handled: states and derivatives may have jumped. */
 void restart_solver(const System *system);
 
-/* Keep the event indicators at t, before inputs change: where these jump one over 0, that is an event. */
-int note_indicators(const System *system, Control *control, double t);
+/* What could not be done; where an evaluation was refused, that is the reason. */
+int broken(Control *control, const Solver *solver, int flag, double t);
 
-/* Whether the inputs have jumped an event indicator to its other side since then: CVODE begins after it, and sees no change of its
-   sign. */
-int have_inputs_crossed(const System *system, Control *control, double t, int *crossed);
+static inline Solver *solver_of(const System *system) { return system->solvers.count ? &system->solvers.at[0] : NULL; }
+
+static inline size_t size_of_state(const Solver *solver) { return sizeof(double) * (size_t)(solver->states > 0 ? solver->states : 1); }
 
 /* A run begins. */
 void reset_solver(const System *system);

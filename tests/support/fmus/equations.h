@@ -29,6 +29,7 @@ enum model {
     SWITCHED,   /* x1' = 1 where u > p; event indicator u - p, whose event makes y and the count 1 or 0 */
     FOLLOWING,  /* x1' = count; an event makes the count d, and is counted if that is another */
     LATE,       /* as DECAY, but computes derivatives only where they are asked for as such, and y where a step is completed */
+    SOON,       /* x1' = count; a time event at p, which tells the next one to be at once, at t (1 + q), until three are counted */
     MODELS
 };
 
@@ -64,7 +65,7 @@ static void begin(Equations *self) {
     double *const r = self->r, *const x = r + X;
     if (is(self, BALL)) x[0] = 1.0;
     if (is(self, EXPLODING) || is(self, RELAY)) x[0] = r[P];
-    if (is(self, CLOCKED) || is(self, ENDING) || is(self, ENDLESS)) self->next_event = r[P];
+    if (is(self, CLOCKED) || is(self, SOON) || is(self, ENDING) || is(self, ENDLESS)) self->next_event = r[P];
     self->side = is(self, RELAY) ? x[0] > 0.0 : 0;
     self->in_events = 1;
 }
@@ -89,7 +90,7 @@ static int derive(Equations *self) {
     if (is(self, FAILING) && self->time >= r[P]) return 3;
     if (is(self, TWO_SIDED)) dx[0] = r[U];
     if (is(self, SWITCHING)) dx[0] = 1.0;
-    if (is(self, SWITCHED) || is(self, FOLLOWING)) dx[0] = r[COUNT];
+    if (is(self, SWITCHED) || is(self, FOLLOWING) || is(self, SOON)) dx[0] = r[COUNT];
     return 0;
 }
 
@@ -147,6 +148,10 @@ static int update(Equations *self) {
     if (followed != r[COUNT]) {
         r[COUNT] = followed;
         r[EVENTS] += 1.0;
+    }
+    if (is(self, SOON) && self->time >= self->next_event) {
+        r[COUNT] += 1.0;
+        self->next_event = r[COUNT] < 3.0 ? self->time * (1.0 + r[Q]) : INFINITY;
     }
     if (is(self, CLOCKED) && timed) {
         r[COUNT] += 1.0;
