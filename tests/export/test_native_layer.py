@@ -34,6 +34,7 @@ def compiler(name: str) -> list[str]:
     return command
 
 
+@pytest.mark.representatives(name=["gcc", "gcc as C++", "clang"])
 @pytest.mark.parametrize("name", COMPILERS)
 def test_the_layer_compiles_without_a_warning(name, tmp_path):
     for source in sorted(LAYER.glob("*.c")):

@@ -29,7 +29,7 @@ def of_fmpy(*names: str) -> list[str]:
     return [problem[: problem.index(end) + len(end)] for problem in found if end in problem]
 
 
-@settings(max_examples=400, deadline=None, derandomize=True)
+@settings(max_examples=150, deadline=None, derandomize=True)
 @given(st.lists(NAMES, min_size=1, max_size=8, unique=True))
 @example(
     [
