@@ -13,7 +13,7 @@ from fmpy.model_description import BaseUnit
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
 from shaper_fmu.master.clocks import check_clock_connection, clock_problems, clocked_loop_problems, is_clocked
 from shaper_fmu.master.description1 import is_negated
-from shaper_fmu.master.fmu import Fmu, Interface, load_fmu
+from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.once import once_problems
 from shaper_fmu.master.signals import Interpolation, Signal, make_signal, typed_signal
 from shaper_fmu.master.variables import TRANSFERABLE, items_of, kind_of, possible_values, shown_items
@@ -77,7 +77,7 @@ class SystemStructure:
         start: Mapping[str, Any] | None = None,
         /,
         *,
-        interface: Interface | None = None,
+        interface: Any = None,  # an Interface; of any type, since values may be given by keyword from a mapping
         **values: Any,
     ) -> None:
         """Add an instance of an FMU, given by its path or loaded, with start values of parameters and inputs.

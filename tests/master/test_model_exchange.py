@@ -38,7 +38,7 @@ def fmus3(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def stimulated(path: Path, interface: str) -> System:
     """A component's FMU with jumps in its real inputs."""
     system = System()
-    system.add("x", path, interface=interface)  # pyright: ignore[reportArgumentType]
+    system.add("x", path, interface=interface)
     for name, variable in system.fmus["x"].variables.items():
         if variable.causality == "input" and variable.type in ("Real", "Float64"):
             rest = float(variable.start or 0.0)
@@ -275,7 +275,7 @@ def test_a_controller_in_co_simulation_acts_as_on_the_exact_plant(fmus):
     for interface in ("model_exchange", "co_simulation"):
         system = System()
         system.add("controller", fmus / "PositionController.fmu")
-        system.add("plant", fmus / "MassSpringDamper.fmu", interface=interface)  # pyright: ignore[reportArgumentType]
+        system.add("plant", fmus / "MassSpringDamper.fmu", interface=interface)
         system.connect("controller.force", "plant.force")
         system.connect("plant.position", "controller.position")
         system.connect("plant.velocity", "controller.velocity")
@@ -309,7 +309,7 @@ def test_a_smooth_command_acts_as_on_the_exact_plant(version, algorithm, interpo
         system = System()
         system.add("profile", fmus / "MotionProfile.fmu", duration=0.5, distance=1.0)
         folder = fmus3 if version == 3 and interface == "model_exchange" else fmus
-        system.add("plant", folder / "MassSpringDamper.fmu", interface=interface)  # pyright: ignore[reportArgumentType]
+        system.add("plant", folder / "MassSpringDamper.fmu", interface=interface)
         system.connect_raw("profile.position", "plant.force")
         options = {"algorithm": algorithm, "interpolation": interpolation, "solver_tolerance": 1e-10}
         found.append(system.simulate(1.0, 0.02, **options))
@@ -335,7 +335,7 @@ def test_an_interface_that_is_not_offered_is_refused_in_words(fmus):
     with pytest.raises(ModelError, match="offers model exchange only, not co-simulation"):
         System().add("x", equations_fmu(2), interface="co_simulation")
     with pytest.raises(ModelError, match=r"there is no interface 'exchange'\."):
-        System().add("x", equations_fmu(2), interface="exchange")  # pyright: ignore[reportArgumentType]
+        System().add("x", equations_fmu(2), interface="exchange")
     assert load_fmu(equations_fmu(3)).interface == "model_exchange"
     assert load_fmu(fmus / "MassSpringDamper.fmu").interface == "co_simulation"
 

@@ -24,7 +24,7 @@ def shaped(fmus: Path, interface: str | None) -> System:
     """A shaper before the mass on a spring."""
     system = System("shaped")
     system.add("shaper", fmus / "InputShaper.fmu", shaper="zv", natural_frequency=[10.0], command=1.0)
-    system.add("plant", fmus / "MassSpringDamper.fmu", interface=interface)  # pyright: ignore[reportArgumentType]
+    system.add("plant", fmus / "MassSpringDamper.fmu", interface=interface)
     system.connect("shaper.shaped", "plant.force")
     return system
 
