@@ -160,11 +160,18 @@ static int go_on(Control *control, Solver *solver, double limit, double near) {
     return 1;
 }
 
+static int hears_of_steps(const System *system) {
+    for (size_t i = 0; i < system->parts.count; i++)
+        if (system->parts.at[i].completed) return 1;
+    return 0;
+}
+
 /* Complete a step at t, where the parts have got their states, and evaluate all first: there are FMUs that compute what is read
    from them only when derivatives are asked for, or a step is completed. Derivatives that are refused here are the next step's
    matter. *event: whether there is one. `rates` is overwritten. */
 static int complete_at(const System *system, Control *control, double t, double *rates, int *event) {
     const int refused = control->refused;
+    if (!hears_of_steps(system)) return 1;
     if (get_derivatives(system, control, t, rates) == BROKEN) return 0;
     control->refused = refused;
     return !complete_step(system, control, t, event);
