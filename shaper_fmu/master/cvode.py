@@ -58,6 +58,7 @@ class Cvode:
 
     Attributes:
         row: see layout.SOLVER, with all that does not change.
+        values: states, and event indicators, which the row points to.
     """
 
     def __init__(self, method: Literal["bdf", "adams"], states: int, indicators: int, with_jacobian: bool):
@@ -83,8 +84,9 @@ class Cvode:
         row: Any = self.row[0]
         row["memory"], row["states"], row["indicators"] = self._memory.value, states, indicators
         row["columns"] = self._columns.ctypes.data
-        self._values = np.zeros(count + 2 * indicators), np.zeros(max(1, indicators), np.int32)
-        row["begin_values"], row["signs"] = (array.ctypes.data for array in self._values)
+        self.values: np.ndarray = np.zeros(count + 2 * indicators)
+        self._signs = np.zeros(max(1, indicators), np.int32)
+        row["begin_values"], row["signs"] = self.values.ctypes.data, self._signs.ctypes.data
         row["indicator_values"] = row["begin_values"] + 8 * count
         row["left_indicators"] = row["indicator_values"] + 8 * indicators
         for name, vector, place in zip(("state", "absolute", "between"), self._vectors, values, strict=True):

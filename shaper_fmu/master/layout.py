@@ -466,7 +466,7 @@ class Layout(NamedTuple):
     coupled_program: Annotated[np.ndarray, OPERATION]  # the exchange between them
     coupled_event_program: Annotated[np.ndarray, OPERATION]  # the same at events
     cut_places: Annotated[np.ndarray, "int32_t"]  # of the sources of cut inputs in loops between them
-    loop_memory: Annotated[np.ndarray, "double"]  # three vectors, a matrix, and whether it is known
+    loop_memory: Annotated[np.ndarray, "double"]  # four vectors, a matrix, and whether it is known
     early_program: Annotated[np.ndarray, OPERATION]  # sets inputs of FMI 1.0's instances before they are initialized
 
 

@@ -125,6 +125,10 @@ class Parts:
                 self.solvers["stiff_memory"] = self._cvodes[1].row["memory"]
             self.solvers["relative"] = _LOCAL * (solving.tolerance or self._default_tolerance(instances))
 
+    def kept(self) -> list[np.ndarray]:
+        """Event indicators at the end of the last step, among others."""
+        return [cvode.values for cvode in self._cvodes[:1]]
+
     def reset(self) -> None:
         """Bring the solver back to the state before a run."""
         for row in self.solvers:

@@ -112,6 +112,10 @@ class Program:
             place += -(-size // 8) * 8
         return rows
 
+    def solved(self) -> list[np.ndarray]:
+        """What the solver of FMUs of model exchange keeps from one step for the next, but for what it makes anew."""
+        return [self._known, *self.parts.kept()]
+
     def reset(self) -> None:
         """Bring what the loop changes back to the state before a run, whose start values have been set."""
         self.layout.tables["cursor"] = self.layout.tables["first"]
@@ -246,7 +250,7 @@ class Program:
             solvers=self.parts.solvers,
             input_queries=self._input_queries(),
             cut_places=np.array(self._cut_between_parts, np.int32),
-            loop_memory=np.zeros(len(self._cut_between_parts) * (len(self._cut_between_parts) + 3) + 1),
+            loop_memory=np.zeros(len(self._cut_between_parts) * (len(self._cut_between_parts) + 4) + 1),
         )
 
 

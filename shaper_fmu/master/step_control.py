@@ -119,16 +119,17 @@ class _Saved:
         self._program, self._control = program, control
         self._states = {name: instance.save_state() for name, instance in program.instances.items()}
         layout = program.layout
-        changed = (layout.bus, layout.tables, layout.instances, layout.slopes, layout.guards, layout.watched, layout.clocks)
+        changed = [layout.bus, layout.tables, layout.instances, layout.slopes, layout.guards, layout.watched, layout.clocks]
+        changed += [layout.solvers, *program.solved()]
         self._arrays = [(array, array.copy()) for array in changed]
         self._numbers = of.Control.from_buffer_copy(control)
 
     def restore(self) -> None:
         for name, state in self._states.items():
             self._program.instances[name].restore_state(state)
-        self._program.layout.solvers["restart"] = 1
         for array, content in self._arrays:
             array[:] = content
+        self._program.layout.solvers["restart"] = 1
         ctypes.pointer(self._control)[0] = self._numbers
 
     def free(self) -> None:

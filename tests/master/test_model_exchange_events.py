@@ -69,3 +69,13 @@ def test_time_events_that_follow_at_once_are_handled(version, gap, within):
     results = system.simulate(1.0, 0.1, solver_tolerance=1e-9)
     assert results["x.count"][-1] == 3.0
     assert results["x.y"][-1] == pytest.approx(3.0 * 0.7, abs=1e-7)
+
+
+@VERSIONS
+def test_an_input_that_jumps_over_a_limit_does_so_again_where_a_step_is_tried_again(version):
+    """u jumps over p at 0.5, at a communication point; x1 = t - 0.5 then. Steps are taken whole, back, and by halves."""
+    system = equations(version, "switched", p=0.5)
+    system.drive("x.u", [(0.0, 0.0), (0.5, 1.0)])
+    results = system.simulate(1.0, 0.1, exact=False, tolerance=1e-3, record=["x.x1", "x.events"])
+    assert results["x.events"][-1] == 1.0
+    assert results["x.x1"][-1] == pytest.approx(0.5, abs=1e-6)

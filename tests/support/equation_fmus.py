@@ -33,6 +33,8 @@ MODELS = {
             "following",
             "late",
             "soon",
+            "cubic",
+            "unreadable",
         ]
     )
 }  # as in equations.h
@@ -58,7 +60,7 @@ def _description2(states: int) -> str:
     rates = "".join(f'<Unknown index="{i}"/>' for i in (5, 6)[:states])
     return (
         '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="2.0" modelName="equations" guid="equations" '
-        f'numberOfEventIndicators="2"><ModelExchange modelIdentifier="equations"/><ModelVariables>{variables}</ModelVariables>'
+        f'numberOfEventIndicators="2"><ModelExchange modelIdentifier="equations" canGetAndSetFMUstate="true"/><ModelVariables>{variables}</ModelVariables>'
         f"<ModelStructure><Outputs>{outputs}</Outputs>{f'<Derivatives>{rates}</Derivatives>' if states else ''}"
         f"<InitialUnknowns>{outputs}{rates}</InitialUnknowns></ModelStructure></fmiModelDescription>"
     )
@@ -81,7 +83,7 @@ def _description3(states: int) -> str:
     structure += unknowns("InitialUnknown", *outputs, *(4, 5)[:states]) + unknowns("EventIndicator", 100, 101)
     return (
         '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="3.0" modelName="equations" '
-        'instantiationToken="equations"><ModelExchange modelIdentifier="equations" needsCompletedIntegratorStep="true"/>'
+        'instantiationToken="equations"><ModelExchange modelIdentifier="equations" needsCompletedIntegratorStep="true" canGetAndSetFMUState="true"/>'
         f"<ModelVariables>{variables}</ModelVariables><ModelStructure>{structure}</ModelStructure></fmiModelDescription>"
     )
 

@@ -78,30 +78,41 @@ static int linearize(const System *system, Control *control, Operations program,
     return invert(inverse, work, count) || fail(control, FAULT_OPEN_LOOP, 0, -1 - system->parts.at[0].instance, 0, t);
 }
 
+/* Newton's method. Steps that lead away from the solution are halved, by a Jacobian that is new. */
 static int close_loops(const System *system, Control *control, Operations program, double t) {
     const size_t count = system->cut_places.count;
     double *const values = system->loop_memory.at, *const missed = values + count, *const work = missed + count;
-    double *const inverse = work + count, *const is_known = inverse + count * count;
+    double *const step = work + count, *const inverse = step + count, *const is_known = inverse + count * count;
     double farthest = 0.0, before = NO_EVENT;
+    int is_new = 0;
     for (size_t i = 0; i < count; i++) values[i] = system->bus.at[system->cut_places.at[i]];
-    for (int step = 0, same = 0; step < MOST_STEPS; step++, same++) {
+    for (int k = 0, same = 0; k < MOST_STEPS; k++, same++) {
         if (!miss(system, control, program, t, values, missed, &farthest)) return 0;
         if (farthest <= CLOSED || (farthest <= NEARLY_CLOSED && farthest >= before)) return 1;
-        if (*is_known == 0.0 || same >= PATIENCE || farthest > 0.5 * before) {
+        if (is_new && !(farthest < before)) {
+            for (size_t i = 0; i < count; i++) values[i] += step[i] *= 0.5;
+            continue;
+        }
+        is_new = *is_known == 0.0 || same >= PATIENCE || farthest > 0.5 * before;
+        if (is_new) {
             *is_known = 0.0;
             if (!linearize(system, control, program, t, values, missed, inverse, work)) return 0;
             *is_known = 1.0;
             same = 0;
         }
         before = farthest;
-        for (size_t i = 0; i < count; i++)
-            for (size_t k = 0; k < count; k++) values[i] -= inverse[i * count + k] * missed[k];
+        for (size_t i = 0; i < count; i++) {
+            step[i] = 0.0;
+            for (size_t j = 0; j < count; j++) step[i] += inverse[i * count + j] * missed[j];
+            values[i] -= step[i];
+        }
     }
     return fail(control, FAULT_OPEN_LOOP, 0, -1 - system->parts.at[0].instance, 0, t);
 }
 
 int exchange_in_loops(const System *system, Control *control, Operations program, double t) {
-    const int done = system->cut_places.count ? close_loops(system, control, program, t) : execute(system, control, program, t, 0.0);
+    int done = execute(system, control, system->coupled_read_program, t, 0.0);
+    if (done) done = system->cut_places.count ? close_loops(system, control, program, t) : execute(system, control, program, t, 0.0);
     if (done) return EVALUATED;
     const int fault = control->fault;
     const int discarded = fault == FAULT_CALL_FAILED && control->fault_status == 2;

@@ -155,7 +155,6 @@ static int settle(const System *system, Control *control, double t, int *settled
 /* Values between parts that are solved as one; what refuses an evaluation is a fault here. */
 static int exchange_between_parts(const System *system, Control *control, double t) {
     if (!system->coupled_event_program.count) return 1;
-    if (!execute(system, control, system->coupled_read_program, t, 0.0)) return 0;
     const int found = exchange_in_loops(system, control, system->coupled_event_program, t);
     if (found == EVALUATED || control->fault) return found == EVALUATED;
     return fail(control, control->refused, control->refused_status, control->refused_where, control->refused_element, t);

@@ -90,7 +90,6 @@ int place_parts(const System *system, Control *control, double t, const double *
     }
     const int moved = move_inputs(system, control, t);
     if (moved || !system->coupled_program.count) return moved;
-    if (!execute(system, control, system->coupled_read_program, t, 0.0)) return BROKEN;
     return exchange_in_loops(system, control, system->coupled_program, t);
 }
 

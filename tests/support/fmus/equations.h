@@ -30,6 +30,8 @@ enum model {
     FOLLOWING,  /* x1' = count; an event makes the count d, and is counted if that is another */
     LATE,       /* as DECAY, but computes derivatives only where they are asked for as such, and y where a step is completed */
     SOON,       /* x1' = count; a time event at p, which tells the next one to be at once, at t (1 + q), until three are counted */
+    CUBIC,      /* x1' = u - x1 with x1 = p at first; y = x1 - u u u */
+    UNREADABLE, /* as DECAY; no value can be read where x1 > q */
     MODELS
 };
 
@@ -64,7 +66,7 @@ static Equations *make(const char *name) {
 static void begin(Equations *self) {
     double *const r = self->r, *const x = r + X;
     if (is(self, BALL)) x[0] = 1.0;
-    if (is(self, EXPLODING) || is(self, RELAY)) x[0] = r[P];
+    if (is(self, EXPLODING) || is(self, RELAY) || is(self, CUBIC)) x[0] = r[P];
     if (is(self, CLOCKED) || is(self, SOON) || is(self, ENDING) || is(self, ENDLESS)) self->next_event = r[P];
     self->side = is(self, RELAY) ? x[0] > 0.0 : 0;
     self->in_events = 1;
@@ -89,13 +91,17 @@ static int derive(Equations *self) {
     }
     if (is(self, FAILING) && self->time >= r[P]) return 3;
     if (is(self, TWO_SIDED)) dx[0] = r[U];
+    if (is(self, CUBIC)) dx[0] = r[U] - x[0];
     if (is(self, SWITCHING)) dx[0] = 1.0;
     if (is(self, SWITCHED) || is(self, FOLLOWING) || is(self, SOON)) dx[0] = r[COUNT];
     return 0;
 }
 
+static int is_unreadable(const Equations *self) { return is(self, UNREADABLE) && self->r[X] > self->r[Q]; }
+
 static void evaluate(Equations *self) {
     self->r[Y] = self->r[X] + (is(self, TWO_SIDED) ? self->r[Q] * self->r[U] : 0.0);
+    if (is(self, CUBIC)) self->r[Y] -= pow(self->r[U], 3.0);
     if (is(self, SWITCHING) || is(self, SWITCHED)) self->r[Y] = self->r[COUNT];
 }
 

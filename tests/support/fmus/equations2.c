@@ -32,7 +32,7 @@ EXPORT fmi2Status fmi2Reset(fmi2Component c) { return start(c), fmi2OK; }
 EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[]) {
     bring_up_to_date(c);
     for (size_t i = 0; i < n; i++) values[i] = ((Equations *)c)->r[vr[i]];
-    return fmi2OK;
+    return is_unreadable(c) ? fmi2Discard : fmi2OK;
 }
 
 EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[]) {
@@ -105,3 +105,12 @@ EXPORT fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real z[], size_t n
     memcpy(z, found, n * sizeof *z);
     return fmi2OK;
 }
+
+EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *kept) {
+    if (!*kept) *kept = malloc(sizeof(Equations));
+    memcpy(*kept, c, sizeof(Equations));
+    return fmi2OK;
+}
+
+EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate kept) { return memcpy(c, kept, sizeof(Equations)), fmi2OK; }
+EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *kept) { return free(*kept), *kept = NULL, fmi2OK; }

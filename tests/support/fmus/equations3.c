@@ -30,7 +30,7 @@ EXPORT fmi3Status fmi3Reset(fmi3Instance c) { return start(c), fmi3OK; }
 EXPORT fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 values[], size_t m) {
     bring_up_to_date(c);
     for (size_t i = 0; i < n; i++) values[i] = ((Equations *)c)->r[vr[i]];
-    return fmi3OK;
+    return is_unreadable(c) ? fmi3Discard : fmi3OK;
 }
 
 EXPORT fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 values[], size_t m) {
@@ -103,3 +103,12 @@ EXPORT fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 z[], size_t
     memcpy(z, found, n * sizeof *z);
     return fmi3OK;
 }
+
+EXPORT fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *kept) {
+    if (!*kept) *kept = malloc(sizeof(Equations));
+    memcpy(*kept, c, sizeof(Equations));
+    return fmi3OK;
+}
+
+EXPORT fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState kept) { return memcpy(c, kept, sizeof(Equations)), fmi3OK; }
+EXPORT fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *kept) { return free(*kept), *kept = NULL, fmi3OK; }
