@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # the processes that tests start compile our modules once, not each time
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is loaded: more would spin, waiting for each other's core
 
 import pytest
