@@ -105,6 +105,7 @@ class Batch:
             instance.fmu.version == 1 or instance.address(f"fmi{instance.fmu.version}Reset") for instance in self.instances.values()
         ):
             raise ModelError(["FMUs whose libraries lack the function to reset them need Simulation.run"])
+        program.parts.check_counts(self.instances)
         program.reset()
         if plan.solver_tolerance is not None:
             program.layout.instances["tolerance"] = plan.solver_tolerance

@@ -55,7 +55,7 @@ def fault_error(program: Program, instances: Mapping[str, Instance], control: of
             f"{name}: {function} returned early, at t = {t:.15g} s, from an event that it had not announced, and the step cannot "
             f"be shortened for all{_said(instance)}{advice}"
         )
-    if fault in (of.NOT_A_NUMBER, of.SOLVER_FAULT, of.ENDLESS_STATE_EVENTS, of.OPEN_LOOP):
+    if fault in (of.NOT_A_NUMBER, of.SOLVER_FAULT, of.ENDLESS_STATE_EVENTS, of.OPEN_LOOP, of.OTHER_COUNT):
         return SimulationError(
             f"{name}{moment(when)}: {_solver_words(fault, function, int(control.fault_status))}{_said(instance)}"
         )
@@ -102,6 +102,8 @@ def _solver_words(fault: of.Fault, function: str, status: int) -> str:
         )
     if fault == of.OPEN_LOOP:
         return "no values were found that close a loop without delay; break it with an FMU that has no direct feedthrough"
+    if fault == of.OTHER_COUNT:
+        return f"{function} writes more values than the {status} that it is asked for, by its description"
     return f"the solver (CVODE) cannot go on: {_SOLVER_FAULTS.get(status, f'it answers {status}')}"
 
 

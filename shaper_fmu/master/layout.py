@@ -197,6 +197,7 @@ PART = record(
     const uint32_t *references;     // of states
     const uint32_t *rates;          // references of their derivatives
     int32_t placed;                 // whether it has been since it has heard of the end of a step
+    uint32_t checked;               // functions that are known to write no more values than they are asked for
     """,
 )
 """An FMU without a solver of its own: a part of the system of equations."""
@@ -230,6 +231,8 @@ SOLVER = record(
     double *left_indicators;        // at the end of a step
     int32_t has_left;               // whether they are known
     double *indicator_values;
+    double *spare;                  // where what functions write is looked at once
+    size_t spare_count;
     int32_t *signs;                 // of event indicators that are 0 there: what they become
     const void *system;             // at work
     void *control;
@@ -385,11 +388,12 @@ class Code(IntEnum):
 class Fault(IntEnum):
     """What goes wrong. From BAD_INTERVAL on it is about a clock, whose number is the element.
 
-    NOT_A_NUMBER: among the values of a call, whose number is the status. SOLVER: CVODE's answer is the status."""
+    NOT_A_NUMBER: among the values of a call, whose number is the status. SOLVER: CVODE's answer is the status.
+    OTHER_COUNT: a call writes more values than it was asked for, whose number is the status."""
 
     NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE, NO_ITEM = range(8)
-    NOT_A_NUMBER, SOLVER, ENDLESS_STATE_EVENTS, OPEN_LOOP = range(8, 12)
-    BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = range(12, 16)
+    NOT_A_NUMBER, SOLVER, ENDLESS_STATE_EVENTS, OPEN_LOOP, OTHER_COUNT = range(8, 13)
+    BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = range(13, 17)
 
 
 class Answer(IntEnum):
@@ -414,8 +418,8 @@ F8, F4, I1, U1, I2, U2, I4, U4, I8, U8, BOOLEAN2, BOOLEAN3 = ValueType
 SIZES: dict[int, int] = {F8: 8, F4: 4, I1: 1, U1: 1, I2: 2, U2: 2, I4: 4, U4: 4, I8: 8, U8: 8, BOOLEAN2: 4, BOOLEAN3: 1}
 SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED, SOLVE, STEP1 = Code
 NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE, NO_ITEM = list(Fault)[:8]
-NOT_A_NUMBER, SOLVER_FAULT, ENDLESS_STATE_EVENTS, OPEN_LOOP = list(Fault)[8:12]
-BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = list(Fault)[12:]
+NOT_A_NUMBER, SOLVER_FAULT, ENDLESS_STATE_EVENTS, OPEN_LOOP, OTHER_COUNT = list(Fault)[8:13]
+BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = list(Fault)[13:]
 GOING_ON, FINISHED, FULL, FAULT = Answer
 
 JUMPS = -(1 << 30)

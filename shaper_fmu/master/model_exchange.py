@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from shaper_fmu.errors import ModelError
+from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.algorithms import Coupling, SolverMethod
 from shaper_fmu.master.cvode import Cvode
@@ -19,6 +20,9 @@ from shaper_fmu.xml_files import parse_xml
 
 TOLERANCE = 1e-6
 """Relative tolerance of the solver where neither the user nor an FMU's default experiment gives one."""
+
+_SPARE = 4096
+"""Room for values that a function writes beyond those that its description tells of."""
 
 _LOCAL = 0.1
 """Of the tolerance, in each of CVODE's steps, whose errors add up."""
@@ -52,6 +56,13 @@ _FUNCTIONS: dict[str, dict[int, str]] = {
     "get_indicators": {1: "GetEventIndicators", 2: "GetEventIndicators", 3: "GetEventIndicators"},
     "completed": {1: "CompletedIntegratorStep", 2: "CompletedIntegratorStep", 3: "CompletedIntegratorStep"},
 }  # fmt: skip
+
+
+_COUNTS = (
+    ("states", "fmi3GetNumberOfContinuousStates", "continuous states"),
+    ("indicators", "fmi3GetNumberOfEventIndicators", "event indicators"),
+)
+_ASK_COUNT = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.POINTER(ctypes.c_size_t))
 
 
 def states_of(fmu: Fmu) -> int:
@@ -119,11 +130,29 @@ class Parts:
             methods = ("adams", "bdf") if solving.method == "auto" else (solving.method,)
             self._cvodes = [Cvode(method, states, indicators, with_jacobian) for method in methods]
             self.solvers = self._cvodes[0].row
+            self._spare = np.zeros(max(states, indicators) + _SPARE)
+            self.solvers["spare"], self.solvers["spare_count"] = self._spare.ctypes.data, len(self._spare)
             for cvode in self._cvodes:
                 cvode.attach(self.solvers.ctypes.data)
             if len(self._cvodes) > 1:
                 self.solvers["stiff_memory"] = self._cvodes[1].row["memory"]
             self.solvers["relative"] = _LOCAL * (solving.tolerance or self._default_tolerance(instances))
+
+    def check_counts(self, instances: Mapping[str, Instance]) -> None:
+        """Raise SimulationError for an FMU that has other numbers of states or event indicators than its description tells of.
+
+        FMI 3.0 has functions to ask for them.
+        """
+        for row, name in zip(self.rows, self.names, strict=True):
+            for field, function, what in _COUNTS:
+                address = instances[name].address(function) if row["version"] == 3 else 0
+                found = ctypes.c_size_t()
+                if not address or _ASK_COUNT(address)(instances[name].handle, ctypes.byref(found)) > 1:
+                    continue
+                if found.value != row[field]:
+                    raise SimulationError(
+                        f"{name}: {function} tells of {found.value} {what}, the description of {row[field]}; get the FMU again"
+                    )
 
     def kept(self) -> list[np.ndarray]:
         """Event indicators at the end of the last step, among others."""

@@ -295,6 +295,7 @@ class Simulation:
             if not instance.fmu.has_initialization_mode:
                 instance.enter_initialization(t, float(control.stop), {}, solver_tolerance)
         program.note_initialization()
+        program.parts.check_counts(self.instances)
         if not loop().initialize(program.address, control, t):
             raise self._fault(program, control, "initialization")
         self._scales = self._time_scales()

@@ -331,6 +331,22 @@ def test_batches_isolated_and_controlled_runs_give_the_same(fmus):
     assert np.abs(controlled["a.position"] - whole["a.position"][::5]).max() < 1e-4
 
 
+@pytest.mark.parametrize(
+    ("version", "words"),
+    [
+        (2, r"x at (initialization|t = 0 s): fmi2GetEventIndicators writes more values than the 2 that it is asked for"),
+        (3, r"x.*: fmi3Get(NumberOfEventIndicators tells of 6 .*, the description of 2|EventIndicators writes more values)"),
+    ],
+)
+def test_more_event_indicators_than_described_are_told_in_words(version, words):
+    """They were written over other memory."""
+    system = equations(version, "wide")
+    with pytest.raises(SimulationError, match=words):
+        system.simulate(1.0, 0.1)
+    with pytest.raises(SimulationError, match=words), Batch(system, Plan(1.0, 0.1), {"peak": Peak("x.y")}, ["x.p"]) as batch:
+        batch.run({"x.p": 1.0})
+
+
 def test_an_interface_that_is_not_offered_is_refused_in_words(fmus):
     with pytest.raises(ModelError, match="offers model exchange only, not co-simulation"):
         System().add("x", equations_fmu(2), interface="co_simulation")

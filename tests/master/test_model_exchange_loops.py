@@ -7,7 +7,7 @@ import math
 import pytest
 from equation_fmus import MODELS, equations_fmu
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from shaper_fmu.master.system import System
 
@@ -23,7 +23,7 @@ def test_a_loop_is_closed_from_afar(versions):
     results = system.simulate(1.0, 0.1, solver_tolerance=1e-10, record=["a.x1", "b.x1"])
 
     def rates(t: float, x: tuple[float, float]) -> list[float]:
-        ua = float(brentq(lambda u: u - x[1] + (x[0] - u**3) ** 3, -2.0, 0.0, xtol=1e-15))
+        ua = root_scalar(lambda u: u - x[1] + (x[0] - u**3) ** 3, bracket=(-2.0, 0.0), xtol=1e-15).root
         return [ua - x[0], x[0] - ua**3 - x[1]]
 
     found = solve_ivp(rates, (0.0, 1.0), [1.0, 2.0], rtol=1e-10, atol=1e-12).y[:, -1]

@@ -35,6 +35,7 @@ MODELS = {
             "soon",
             "cubic",
             "unreadable",
+            "wide",
         ]
     )
 }  # as in equations.h

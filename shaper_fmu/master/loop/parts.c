@@ -37,11 +37,38 @@ static int set_time(Control *control, const Part *part, double t) {
     return judged(control, part, status, CALLED_SetTime, t);
 }
 
-static int get_array(Control *control, const Part *part, Function function, int called, double t, double *values, int count) {
-    if (!count) return EVALUATED;
-    const int status = ((FmiGetArray *)function)(part->handle, values, (size_t)count);
+/* The first call of a function, to memory with room behind its values: whether it writes there, since the description tells of
+   fewer than there are. */
+static int get_first(const System *system, Control *control, Part *part, Function function, int called, double t, double *values,
+                     int count) {
+    const Solver *const solver = &system->solvers.at[0];
+    double mark, *const spare = solver->spare;
+    memset(&mark, 0xff, sizeof mark); /* no number */
+    for (size_t i = 0; i < solver->spare_count; i++) spare[i] = mark;
+    if (called == CALLED_GetNominals) memcpy(spare, values, (size_t)count * sizeof *values); /* some leave them out */
+    const int status = ((FmiGetArray *)function)(part->handle, spare, (size_t)count);
     keep_arithmetic();
-    const int judgement = judged(control, part, status, called, t);
+    memcpy(values, spare, (size_t)count * sizeof *values);
+    for (size_t i = (size_t)count; i < solver->spare_count; i++) {
+        if (memcmp(&spare[i], &mark, sizeof mark) == 0) continue;
+        fail(control, FAULT_OTHER_COUNT, count, number_of(part), called, t);
+        return BROKEN;
+    }
+    part->checked |= 1u << called;
+    return judged(control, part, status, called, t);
+}
+
+static int get_array(const System *system, Control *control, Part *part, Function function, int called, double t, double *values,
+                     int count) {
+    if (!count) return EVALUATED;
+    int judgement;
+    if (part->checked & 1u << called) {
+        const int status = ((FmiGetArray *)function)(part->handle, values, (size_t)count);
+        keep_arithmetic();
+        judgement = judged(control, part, status, called, t);
+    } else {
+        judgement = get_first(system, control, part, function, called, t, values, count);
+    }
     return judgement ? judgement : all_finite(control, part, values, count, called);
 }
 
@@ -106,9 +133,9 @@ int open_after_event(const System *system, Control *control, double t, int initi
 
 int get_derivatives(const System *system, Control *control, double t, double *rates) {
     for (size_t i = 0; i < system->parts.count; i++) {
-        const Part *const part = &system->parts.at[i];
+        Part *const part = &system->parts.at[i];
         const int judgement =
-            get_array(control, part, part->get_derivatives, CALLED_GetDerivatives, t, rates + part->first, part->states);
+            get_array(system, control, part, part->get_derivatives, CALLED_GetDerivatives, t, rates + part->first, part->states);
         if (judgement) return judgement;
     }
     return EVALUATED;
@@ -116,8 +143,8 @@ int get_derivatives(const System *system, Control *control, double t, double *ra
 
 int get_indicators(const System *system, Control *control, double t, double *indicators) {
     for (size_t i = 0; i < system->parts.count; i++) {
-        const Part *const part = &system->parts.at[i];
-        const int judgement = get_array(control, part, part->get_indicators, CALLED_GetEventIndicators, t,
+        Part *const part = &system->parts.at[i];
+        const int judgement = get_array(system, control, part, part->get_indicators, CALLED_GetEventIndicators, t,
                                         indicators + part->first_indicator, part->indicators);
         if (judgement) return judgement;
     }
@@ -150,13 +177,13 @@ int get_jacobian(const System *system, Control *control, double t, double **colu
 
 int get_states(const System *system, Control *control, double t, double *state, double *nominals) {
     for (size_t i = 0; i < system->parts.count; i++) {
-        const Part *const part = &system->parts.at[i];
+        Part *const part = &system->parts.at[i];
         double *const own = state + part->first, *const nominal = nominals + part->first;
-        int judgement = get_array(control, part, part->get_states, CALLED_GetContinuousStates, t, own, part->states);
+        int judgement = get_array(system, control, part, part->get_states, CALLED_GetContinuousStates, t, own, part->states);
         if (judgement) return judgement;
         for (int k = 0; k < part->states; k++) nominal[k] = 1.0;
         if (part->get_nominals)
-            judgement = get_array(control, part, part->get_nominals, CALLED_GetNominals, t, nominal, part->states);
+            judgement = get_array(system, control, part, part->get_nominals, CALLED_GetNominals, t, nominal, part->states);
         if (judgement) return judgement;
         for (int k = 0; k < part->states; k++) nominal[k] = nominal[k] != 0.0 ? fabs(nominal[k]) : 1.0;
     }
