@@ -61,6 +61,7 @@ class Driver:
     """An instance for co-simulation, or for model exchange with `exchange`. Options of FMI 3.0's instantiation: eventModeUsed, earlyReturnAllowed, intermediateUpdate."""
 
     def __init__(self, path: Path, exchange: bool = False, **options: Any):
+        _messages.clear()  # of drivers before it, in other tests
         self.folder = unpacked(path)
         self.description = fmpy.read_model_description(str(self.folder))
         self.variables = {v.name: v for v in self.description.modelVariables}
@@ -84,7 +85,7 @@ class Driver:
 
     @property
     def messages(self) -> list[str]:
-        """What was logged since the last look, by all drivers."""
+        """What was logged since the last look, or since the last driver was made, by all drivers."""
         found = list(_messages)
         _messages.clear()
         return found
