@@ -257,6 +257,7 @@ INPUT_QUERY = record(
     int32_t transfer;               // that asks for inputs of a part
     size_t bytes;                   // of their values
     void *known;                    // the values at the last step
+    int32_t refused;                // it is not answered
     """,
 )
 

@@ -144,6 +144,17 @@ def test_that_event_is_at_a_communication_point_that_the_solver_has_stepped_over
 
 
 @VERSIONS
+def test_an_fmu_that_does_not_tell_its_inputs_is_run(version):
+    """x1' = -2 (x1 - u), and u jumps from 1 to 0: exponentials. As FMUs by the FMI support functions of the IBK do."""
+    system = equations(version, "secret", p=2.0)
+    system.drive("x.u", [(0.0, 1.0), (0.455, 0.0)])
+    results = system.simulate(1.0, 0.01, solver_tolerance=1e-9, record=["x.y"])
+    t = results.time
+    exact = np.where(t < 0.455, 1.0 - np.exp(-2.0 * t), (1.0 - np.exp(-0.91)) * np.exp(-2.0 * (t - 0.455)))
+    assert results["x.y"] == pytest.approx(exact, abs=1e-7)
+
+
+@VERSIONS
 def test_values_that_are_computed_with_derivatives_or_completed_steps_are_up_to_date(version):
     """x1' = -2 (x1 - 1): 1 - exp(-2 t); between the solver's points, too. Thus compute FMUs of OpenModelica before 1.13."""
     system = equations(version, "late", p=2.0)

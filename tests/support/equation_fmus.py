@@ -31,6 +31,7 @@ MODELS = {
             "switching",
             "switched",
             "following",
+            "secret",
             "late",
             "soon",
             "cubic",

@@ -233,12 +233,16 @@ int complete_before_event(const System *system, Control *control, int instance, 
     return 1;
 }
 
+/* An FMU that does not tell its inputs counts as one whose inputs have changed. */
 int inputs_have_changed(const System *system, Control *control, double t, int *changed) {
     for (size_t i = 0; i < system->input_queries.count; i++) {
-        const InputQuery *const query = &system->input_queries.at[i];
+        InputQuery *const query = &system->input_queries.at[i];
         const Transfer *const transfer = &system->transfers.at[query->transfer];
-        if (!call_again(system, control, query->transfer, t)) return 0;
-        if (memcmp(query->known, transfer->values, query->bytes) == 0) continue;
+        const int status = query->refused ? 0 : ask_leniently(system, query->transfer);
+        if (status > 3 && !judge(control, status, query->transfer, -1, t)) return 0;
+        if (status > 1) query->refused = 1;
+        if (query->refused) *changed = 1;
+        if (query->refused || memcmp(query->known, transfer->values, query->bytes) == 0) continue;
         memcpy(query->known, transfer->values, query->bytes);
         *changed = 1;
     }

@@ -16,6 +16,9 @@ int get_values(const System *system, Control *control, int number, double t);
 /* Only call: set what has been set before, whatever is on the bus now; or have the memory filled, but not the bus. */
 int call_again(const System *system, Control *control, int number, double t);
 
+/* The same, to be refused without harm: the status. */
+int ask_leniently(const System *system, int number);
+
 /* Bring the values in a transfer's memory to the bus. */
 void keep_values(const Transfer *transfer);
 

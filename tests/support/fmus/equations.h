@@ -28,6 +28,7 @@ enum model {
     SWITCHING,  /* x1' = 1; event indicator x1 - p, whose event makes y and the count 1 */
     SWITCHED,   /* x1' = 1 where u > p; event indicator u - p, whose event makes y and the count 1 or 0 */
     FOLLOWING,  /* x1' = count; an event makes the count d, and is counted if that is another */
+    SECRET,     /* as DECAY, but does not tell its input */
     LATE,       /* as DECAY, but computes derivatives only where they are asked for as such, and y where a step is completed */
     SOON,       /* x1' = count; a time event at p, which tells the next one to be at once, at t (1 + q), until three are counted */
     CUBIC,      /* x1' = u - x1 with x1 = p at first; y = x1 - u u u */

@@ -30,6 +30,8 @@ EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return begin(c),
 EXPORT fmi2Status fmi2Reset(fmi2Component c) { return start(c), fmi2OK; }
 
 EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[]) {
+    for (size_t i = 0; i < n; i++)
+        if (is(c, SECRET) && vr[i] == U) return failed(c, "unknown reference");
     bring_up_to_date(c);
     for (size_t i = 0; i < n; i++) values[i] = ((Equations *)c)->r[vr[i]];
     return is_unreadable(c) ? fmi2Discard : fmi2OK;

@@ -28,6 +28,8 @@ EXPORT fmi3Status fmi3ExitInitializationMode(fmi3Instance c) { return begin(c), 
 EXPORT fmi3Status fmi3Reset(fmi3Instance c) { return start(c), fmi3OK; }
 
 EXPORT fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 values[], size_t m) {
+    for (size_t i = 0; i < n; i++)
+        if (is(c, SECRET) && vr[i] == U) return failed(c, "unknown reference");
     bring_up_to_date(c);
     for (size_t i = 0; i < n; i++) values[i] = ((Equations *)c)->r[vr[i]];
     return is_unreadable(c) ? fmi3Discard : fmi3OK;
