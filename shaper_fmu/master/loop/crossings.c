@@ -5,6 +5,7 @@
 #include "faults.h"
 #include "parts.h"
 
+#include <math.h>
 #include <string.h>
 
 #define UNKNOWN 2 /* the sign of an indicator that is 0 near the beginning, too: it is watched until it is not */
