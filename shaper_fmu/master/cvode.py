@@ -72,11 +72,14 @@ class Cvode:
         new_vector = _function(library.vectors, "N_VNew_Serial", address, number, address)
         data = _function(library.vectors, "N_VGetArrayPointer_Serial", address, address)
         self._vectors: list[int] = [new_vector(count, self._context) for _ in range(3)]
+        new_matrix = _function(library.matrices, "SUNDenseMatrix", address, number, number, address)
+        self._matrix: int = new_matrix(count, count, self._context)
+        if not (all(self._vectors) and self._matrix):
+            raise SimulationError(f"there is not enough memory to solve {states} continuous states together")
         values = [data(vector) for vector in self._vectors]
         for place in values:
             ctypes.memset(place, 0, 8 * count)
         self._columns = np.zeros(count, np.uintp)
-        self._matrix = _function(library.matrices, "SUNDenseMatrix", address, number, number, address)(count, count, self._context)
         solver = _function(library.linear, "SUNLinSol_Dense", address, address, address, address)
         self._linear = solver(self._vectors[0], self._matrix, self._context)
         self._memory = address(_function(library.cvode, "CVodeCreate", address, truth, address)(_METHODS[method], self._context))

@@ -40,6 +40,8 @@ from shaper_fmu.metrics.metric import Metric
 
 _MOST_STEPS = 1e8
 _CHUNK_SECONDS = 0.1
+_MOST_PROGRAMS = 16
+"""That are kept for other runs."""
 _GROWTH = 256
 """How many times as many steps are taken at once, at most, as were taken before: they may become slower."""
 Progress = Callable[[float], None]
@@ -204,6 +206,8 @@ class Simulation:
     def _program(self, algorithm: str, treatment: Treatment, linear: bool, solving: Solving) -> Program:
         key = (algorithm, treatment.exact, treatment.notes, linear, solving)
         if key not in self._programs:
+            if len(self._programs) >= _MOST_PROGRAMS:
+                del self._programs[next(iter(self._programs))]
             connections = treatment.connections
             self._programs[key] = Program(
                 self.system, self.instances, self._recorded, algorithm, connections, self._metrics, treatment.exact, linear,

@@ -25,6 +25,8 @@ KINDS = (
     "loops",
     "master_fmi3",
     "metrics",
+    "model_exchange_events",
+    "model_exchange_loops",
     "step_control",
 )
 """Files of tests whose systems are run, by what they are about."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from scipy.linalg import expm
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.export.build import build_fmu
 from shaper_fmu.master.batch import Batch, Plan
+from shaper_fmu.master.cvode import Cvode
 from shaper_fmu.master.fmu import load_fmu
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
@@ -340,6 +342,17 @@ def test_batches_isolated_and_controlled_runs_give_the_same(fmus):
     assert found[0] == found[2]
     controlled = system.simulate(1.0, 0.05, solver_tolerance=1e-8, start_values={"a.mass": 1.5}, tolerance=1e-6, coupling="steps")
     assert np.abs(controlled["a.position"] - whole["a.position"][::5]).max() < 1e-4
+
+
+def test_runs_with_many_tolerances_keep_few_solvers():
+    """CVODE's memory is freed with the programs of earlier runs."""
+    gc.collect()
+    before = sum(isinstance(one, Cvode) for one in gc.get_objects())
+    with Simulation(equations(2, "decay")) as simulation:
+        for i in range(40):
+            simulation.run(0.1, 0.1, solver="bdf", solver_tolerance=1e-6 * (1.0 + 0.01 * i))
+        gc.collect()
+        assert sum(isinstance(one, Cvode) for one in gc.get_objects()) - before <= 20
 
 
 @pytest.mark.parametrize(
