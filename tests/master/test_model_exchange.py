@@ -158,7 +158,7 @@ def test_an_fmu_that_does_not_tell_its_inputs_is_run(version):
 
 @VERSIONS
 def test_values_that_are_computed_with_derivatives_or_completed_steps_are_up_to_date(version):
-    """x1' = -2 (x1 - 1): 1 - exp(-2 t); between the solver's points, too. Thus compute FMUs of OpenModelica before 1.13."""
+    """x1' = -2 (x1 - 1): 1 - exp(-2 t); between the solver's points, too. Thus compute FMUs of OpenModelica before 1.12.0."""
     system = equations(version, "late", p=2.0)
     system.drive("x.u", [(0.0, 1.0)])
     results = system.simulate(1.0, 0.01, solver_tolerance=1e-9, record=["x.y", "x.der1"])
