@@ -111,7 +111,7 @@ class Parts:
         rows, solvers: see layout.py.
     """
 
-    def __init__(self, instances: Mapping[str, Instance], solving: Solving, coupled: bool):
+    def __init__(self, instances: Mapping[str, Instance], solving: Solving, coupled: bool, in_loops: bool):
         self._memory: list[np.ndarray] = []  # that addresses in the rows point into
         self.names: list[str] = [name for name, instance in instances.items() if instance.fmu.exchanges_model]
         self.rows: np.ndarray = np.zeros(len(self.names), of.PART)
@@ -126,7 +126,7 @@ class Parts:
         self._cvodes: list[Cvode] = []
         self.solvers: np.ndarray = np.zeros(0, of.SOLVER)
         if self.names:
-            with_jacobian = not coupled and bool(np.all(self.rows["directional"] != 0))
+            with_jacobian = in_loops or (not coupled and bool(np.all(self.rows["directional"] != 0)))
             methods = ("adams", "bdf") if solving.method == "auto" else (solving.method,)
             self._cvodes = [Cvode(method, states, indicators, with_jacobian) for method in methods]
             self.solvers = self._cvodes[0].row

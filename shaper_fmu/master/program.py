@@ -88,8 +88,9 @@ class Program:
             system, instances, connections, self._writer, self._places, causes, self._event_ports, self.clocks
         )
         programs = self._operations.programs(algorithm, self.linear_inputs, self._linear.calls, starts, monolithic)
-        self.parts: Parts = Parts(instances, solving, bool(programs["coupled"]))
-        self._cut_between_parts = self._cut_sources(self.parts.names) if monolithic else []
+        parts = [name for name in self.names if instances[name].fmu.exchanges_model]
+        self._cut_between_parts = self._cut_sources(parts) if monolithic else []
+        self.parts: Parts = Parts(instances, solving, bool(programs["coupled"]), bool(self._cut_between_parts))
         self.labels: list[tuple[str, str, list[str]]] = self._writer.labels
         self.layout: Layout = self._layout(programs, recorded)
         self._addresses = of.addresses_of(self.layout)

@@ -46,14 +46,35 @@ int loop_indicators(double t, void *state, double *indicators, void *data) {
     return placed ? placed : get_indicators(system, control_of(solver), t, indicators);
 }
 
+/* The Jacobian by differences. Those that CVODE takes are far smaller at times than what is left open where loops are closed: it
+   would take that for slopes, and for solutions what are none. Where states are refused the other side is tried. */
+static int differ(Solver *solver, double t, void *state, void *rates, void *moved_rates) {
+    double *const x = ((Data *)solver->data)(state);
+    const double *const here = ((Data *)solver->data)(rates), *const there = ((Data *)solver->data)(moved_rates);
+    for (int i = 0; i < solver->states; i++) {
+        const double kept = x[i], nominal = solver->absolute_values[i] / solver->relative;
+        double step = 1e-7 * fmax(fabs(kept), nominal);
+        int found = REFUSED;
+        for (int side = 0; side < 2 && found == REFUSED; side++, step = -step) {
+            x[i] = kept + step;
+            found = loop_derivatives(t, state, moved_rates, solver);
+            for (int k = 0; k < solver->states; k++) solver->columns[i][k] = (there[k] - here[k]) / (x[i] - kept);
+        }
+        x[i] = kept;
+        if (found) return found;
+    }
+    return EVALUATED;
+}
+
 int loop_jacobian(double t, void *state, void *rates, void *matrix, void *data, void *one, void *two, void *three) {
     Solver *const solver = data;
     const System *const system = system_of(solver);
-    (void)rates; (void)one; (void)two; (void)three;
+    (void)two; (void)three;
     for (int i = 0; i < solver->states; i++) {
         solver->columns[i] = ((Column *)solver->column)(matrix, i);
         memset(solver->columns[i], 0, (size_t)solver->states * sizeof(double));
     }
+    if (system->cut_places.count) return differ(solver, t, state, rates, one);
     const int placed = place_parts(system, control_of(solver), t, ((Data *)solver->data)(state));
     return placed ? placed : get_jacobian(system, control_of(solver), t, solver->columns);
 }
