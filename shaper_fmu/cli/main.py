@@ -124,7 +124,7 @@ def run(
     ] = None,
 ) -> None:
     """Run the system of an SSP archive and print the outputs' last values."""
-    from shaper_fmu.master.simulation import number_of_steps
+    from shaper_fmu.master.run_options import number_of_steps
     from shaper_fmu.page.blocks import write_report
     from shaper_fmu.report.run import run_blocks
     from shaper_fmu.ssp.archive import load_ssp

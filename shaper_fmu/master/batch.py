@@ -20,8 +20,9 @@ from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.loop_library import loop
 from shaper_fmu.master.process_state import Share, keeping, put_back
 from shaper_fmu.master.program import Program
+from shaper_fmu.master.run_options import checked_solving, ends_whole, number_of_steps, set_exact
 from shaper_fmu.master.signals import Interpolation
-from shaper_fmu.master.simulation import Simulation, checked_solving, ends_whole, number_of_steps, set_exact
+from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.wiring import Port
 from shaper_fmu.metrics.metric import GATHERED, Metric

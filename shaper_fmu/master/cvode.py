@@ -18,7 +18,7 @@ from shaper_fmu.master import layout as of
 from shaper_fmu.master.loop_library import loop
 
 _METHODS = {"adams": 1, "bdf": 2}  # CV_ADAMS, CV_BDF
-_MOST_STATES = 20_000
+_MOST_STATES = 5_000
 """The Jacobian is dense."""
 
 

@@ -9,336 +9,94 @@ What is declared here is the loop's header, too (see loop_header.py): no offset 
 from __future__ import annotations
 
 import ctypes
-from enum import IntEnum
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
 
 from shaper_fmu.component import NO_EVENT as NO_EVENT
+from shaper_fmu.master.layout_numbers import AGAIN as AGAIN
+from shaper_fmu.master.layout_numbers import ALWAYS as ALWAYS
+from shaper_fmu.master.layout_numbers import BAD_INTERVAL as BAD_INTERVAL
+from shaper_fmu.master.layout_numbers import BOOLEAN2 as BOOLEAN2
+from shaper_fmu.master.layout_numbers import BOOLEAN3 as BOOLEAN3
+from shaper_fmu.master.layout_numbers import CALL_FAILED as CALL_FAILED
+from shaper_fmu.master.layout_numbers import CHANGING as CHANGING
+from shaper_fmu.master.layout_numbers import CLOCKED as CLOCKED
+from shaper_fmu.master.layout_numbers import COUNTDOWN as COUNTDOWN
+from shaper_fmu.master.layout_numbers import EARLY_RETURN as EARLY_RETURN
+from shaper_fmu.master.layout_numbers import ENDLESS_EVENTS as ENDLESS_EVENTS
+from shaper_fmu.master.layout_numbers import ENDLESS_STATE_EVENTS as ENDLESS_STATE_EVENTS
+from shaper_fmu.master.layout_numbers import ENDLESS_TICKS as ENDLESS_TICKS
+from shaper_fmu.master.layout_numbers import F4 as F4
+from shaper_fmu.master.layout_numbers import F8 as F8
+from shaper_fmu.master.layout_numbers import FAULT as FAULT
+from shaper_fmu.master.layout_numbers import FINISHED as FINISHED
+from shaper_fmu.master.layout_numbers import FULL as FULL
+from shaper_fmu.master.layout_numbers import GET as GET
+from shaper_fmu.master.layout_numbers import GET2 as GET2
+from shaper_fmu.master.layout_numbers import GOING_ON as GOING_ON
+from shaper_fmu.master.layout_numbers import GUARDED as GUARDED
+from shaper_fmu.master.layout_numbers import HOLD as HOLD
+from shaper_fmu.master.layout_numbers import I1 as I1
+from shaper_fmu.master.layout_numbers import I2 as I2
+from shaper_fmu.master.layout_numbers import I4 as I4
+from shaper_fmu.master.layout_numbers import I8 as I8
+from shaper_fmu.master.layout_numbers import JUMPS as JUMPS
+from shaper_fmu.master.layout_numbers import KEEP as KEEP
+from shaper_fmu.master.layout_numbers import NO_FAULT as NO_FAULT
+from shaper_fmu.master.layout_numbers import NO_INTERVAL as NO_INTERVAL
+from shaper_fmu.master.layout_numbers import NO_ITEM as NO_ITEM
+from shaper_fmu.master.layout_numbers import NOT_A_NUMBER as NOT_A_NUMBER
+from shaper_fmu.master.layout_numbers import NOT_FINITE as NOT_FINITE
+from shaper_fmu.master.layout_numbers import NOT_IN_RANGE as NOT_IN_RANGE
+from shaper_fmu.master.layout_numbers import OFF_GRID as OFF_GRID
+from shaper_fmu.master.layout_numbers import ONCE as ONCE
+from shaper_fmu.master.layout_numbers import OPEN_LOOP as OPEN_LOOP
+from shaper_fmu.master.layout_numbers import OTHER_COUNT as OTHER_COUNT
+from shaper_fmu.master.layout_numbers import PERIODIC as PERIODIC
+from shaper_fmu.master.layout_numbers import SET as SET
+from shaper_fmu.master.layout_numbers import SET2 as SET2
+from shaper_fmu.master.layout_numbers import SIZES as SIZES
+from shaper_fmu.master.layout_numbers import SLOPES as SLOPES
+from shaper_fmu.master.layout_numbers import SOLVE as SOLVE
+from shaper_fmu.master.layout_numbers import SOLVER_FAULT as SOLVER_FAULT
+from shaper_fmu.master.layout_numbers import STEP1 as STEP1
+from shaper_fmu.master.layout_numbers import STEP2 as STEP2
+from shaper_fmu.master.layout_numbers import STEP3 as STEP3
+from shaper_fmu.master.layout_numbers import TABLES_BEFORE as TABLES_BEFORE
+from shaper_fmu.master.layout_numbers import TABLES_NOW as TABLES_NOW
+from shaper_fmu.master.layout_numbers import TERMINATED as TERMINATED
+from shaper_fmu.master.layout_numbers import TRIGGERED as TRIGGERED
+from shaper_fmu.master.layout_numbers import TRIGGERING as TRIGGERING
+from shaper_fmu.master.layout_numbers import U1 as U1
+from shaper_fmu.master.layout_numbers import U2 as U2
+from shaper_fmu.master.layout_numbers import U4 as U4
+from shaper_fmu.master.layout_numbers import U8 as U8
+from shaper_fmu.master.layout_numbers import Answer as Answer
+from shaper_fmu.master.layout_numbers import Asked as Asked
+from shaper_fmu.master.layout_numbers import Called as Called
+from shaper_fmu.master.layout_numbers import ClockKind as ClockKind
+from shaper_fmu.master.layout_numbers import Code as Code
+from shaper_fmu.master.layout_numbers import Fault as Fault
+from shaper_fmu.master.layout_numbers import ValueType as ValueType
+from shaper_fmu.master.layout_records import CLOCK as CLOCK
+from shaper_fmu.master.layout_records import CLOCK_GUARD as CLOCK_GUARD
+from shaper_fmu.master.layout_records import CONTROL as CONTROL
+from shaper_fmu.master.layout_records import ELEMENT as ELEMENT
+from shaper_fmu.master.layout_records import GUARD as GUARD
+from shaper_fmu.master.layout_records import INSTANCE as INSTANCE
+from shaper_fmu.master.layout_records import OPERATION as OPERATION
+from shaper_fmu.master.layout_records import RUNS as RUNS
+from shaper_fmu.master.layout_records import SLOPE as SLOPE
+from shaper_fmu.master.layout_records import SLOPES_OF as SLOPES_OF
+from shaper_fmu.master.layout_records import TABLE as TABLE
+from shaper_fmu.master.layout_records import TRANSFER as TRANSFER
+from shaper_fmu.master.layout_records import WATCHED as WATCHED
+from shaper_fmu.master.layout_solver import INPUT_QUERY as INPUT_QUERY
+from shaper_fmu.master.layout_solver import PART as PART
+from shaper_fmu.master.layout_solver import SOLVER as SOLVER
 from shaper_fmu.metrics.metric import GATHERED
-from shaper_fmu.records import ctypes_fields, numpy_type, record
-
-INSTANCE = record(
-    "Instance",
-    """
-    void *handle;
-    int32_t version;                // of FMI
-    int32_t event_mode;
-    int32_t model_exchange;
-    int32_t rigid;                  // whether it takes steps of one length alone
-    Function do_step;
-    Function enter_event_mode;
-    Function enter_step_mode;
-    Function update;
-    Function reset;
-    Function setup;                 // fmi2SetupExperiment
-    Function enter_initialization;
-    Function exit_initialization;
-    double tolerance;               // of its solver, told at initialization; 0 for none
-    double next_event;              // told by the last update of discrete states
-    int32_t initialized;            // since it was made or reset, of FMI 1.0
-    int32_t informed;               // whether its initialization, of FMI 1.0, knows all inputs
-    int32_t settled;                // whether its discrete states were updated by that
-    """,
-)
-
-ELEMENT = record(
-    "Element",
-    """
-    double *bus;                    // its place there
-    double gain;
-    double shift;
-    const double *mapping;          // pairs: a value, and what it becomes
-    uint32_t mapped;                // their number
-    uint32_t closed;                // whether a value that is not among them is a fault: no item of an enumeration
-    """,
-)
-
-TRANSFER = record(
-    "Transfer",
-    """
-    Function function;              // none where the values are wanted, but not for the FMU
-    void *handle;
-    int32_t version;                // of FMI
-    int32_t type;                   // of the values
-    const uint32_t *references;
-    size_t reference_count;
-    const Element *elements;
-    size_t element_count;
-    int32_t sparing;                // whether the FMU is only told values that differ from the last ones
-    int32_t told;                   // whether it has been told any
-    void *values;
-    """,
-)
-
-OPERATION = record(
-    "Operation",
-    """
-    int32_t code;
-    int32_t number;                 // of what it works on
-    """,
-)
-
-TABLE = record(
-    "Table",
-    """
-    int32_t place;
-    int32_t linear;
-    int32_t first;
-    int32_t count;
-    int32_t cursor;
-    """,
-)
-
-SLOPE = record(
-    "Slope",
-    """
-    int32_t source;                 // its place on the bus
-    int32_t held;                   // place of the source's value at the beginning of the step
-    int32_t known;                  // whether the source steps before the input's instance
-    double gain;
-    double previous;                // the source's value at the beginning of the step before
-    double previous_time;
-    double held_time;
-    """,
-)
-"""An input that is linear over a step."""
-
-SLOPES_OF = record(
-    "SlopeCall",
-    """
-    Function function;              // none for a part: the solver moves its inputs itself, by the functions below
-    void *handle;
-    const uint32_t *references;
-    const int32_t *orders;
-    double *values;
-    Function get;
-    Function set;
-    double *base;                   // values at the beginning of the step
-    double *moved;
-    double from;                    // when that was
-    int32_t version;                // of FMI
-    int32_t instance;
-    int32_t first;                  // of the slopes
-    int32_t count;
-    """,
-)
-"""The call that tells an instance the slopes of its inputs."""
-
-CLOCK = record(
-    "Clock",
-    """
-    int32_t kind;
-    int32_t instance;
-    int32_t asked;                  // for its interval
-    int32_t fraction;               // as a fraction
-    const uint32_t *reference;
-    Function set;                   // fmi3SetClock
-    Function get;                   // fmi3GetClock
-    Function get_interval;
-    Function get_shift;
-    int32_t targets;                // of an output clock: the first of the clocks that tick with it, among `clock_numbers`
-    int32_t target_count;
-    int32_t within;                 // of an output clock: the first of those clocks while which it can be read
-    int32_t within_count;           // 0: always
-    double origin;                  // a periodic clock ticks at origin + (shift + count * interval) / resolution
-    double shift;
-    double interval;
-    double resolution;
-    int64_t count;
-    double next;                    // tick, if it is timed
-    int32_t active;                 // it ticks now: 1, and 2 once it has sampled
-    double ticked;                  // when it has ticked last
-    int32_t ticks;                  // how often it has then
-    """,
-)
-
-CLOCK_GUARD = record(
-    "ClockGuard",
-    """
-    int32_t first;                  // of its clocks, among `clock_numbers`
-    int32_t count;
-    int32_t skip;                   // how many operations it guards
-    int32_t once;                   // for a tick, not again when another clock ticks because of it
-    """,
-)
-"""Of the operations after it in a program."""
-
-GUARD = record(
-    "Guard",
-    """
-    int32_t first;                  // of its causes
-    int32_t count;
-    int32_t skip;                   // how many operations it guards
-    int32_t due;                    // whether one of the causes is
-    int32_t open;                   // whether the operations are done
-    """,
-)
-"""Of the operations after it in a program."""
-
-PART = record(
-    "Part",
-    """
-    void *handle;
-    int32_t instance;               // its number
-    int32_t version;                // of FMI
-    int32_t first;                  // of its states, among all
-    int32_t states;
-    int32_t first_indicator;
-    int32_t indicators;             // of events
-    Function set_time;
-    Function set_states;
-    Function get_states;
-    Function get_nominals;          // of states; none where the FMU has none
-    Function get_derivatives;
-    Function get_indicators;
-    Function completed;             // none where it does not want to hear of completed steps
-    Function directional;           // derivatives; none where it has none
-    const uint32_t *references;     // of states
-    const uint32_t *rates;          // references of their derivatives
-    int32_t placed;                 // whether it has been since it has heard of the end of a step
-    uint32_t checked;               // functions that are known to write no more values than they are asked for
-    """,
-)
-"""An FMU without a solver of its own: a part of the system of equations."""
-
-SOLVER = record(
-    "Solver",
-    """
-    void *memory;                   // CVODE's
-    void *stiff_memory;             // for stiff systems: taken instead where the first one takes too many steps; or none
-    int32_t is_stiff;               // whether both have been exchanged
-    void *state;                    // vectors of CVODE's, and their values
-    double *state_values;
-    void *absolute;                 // tolerances
-    double *absolute_values;
-    void *between;                  // states at a time within a step
-    double *between_values;
-    double relative;                // tolerance
-    int32_t states;
-    int32_t indicators;
-    Function step;                  // CVode
-    Function begin;                 // CVodeReInit
-    Function interpolate;           // CVodeGetDky
-    Function set_stop;              // CVodeSetStopTime
-    Function set_longest;           // CVodeSetMaxStep
-    Function set_first;             // CVodeSetInitStep
-    Function set_tolerances;        // CVodeSVtolerances
-    Function data;                  // N_VGetArrayPointer
-    Function column;                // SUNDenseMatrix_Column
-    double **columns;               // of the Jacobian
-    double *begin_values;           // states at the beginning
-    double *left_indicators;        // at the end of a step
-    int32_t has_left;               // whether they are known
-    double *indicator_values;
-    double *spare;                  // where what functions write is looked at once
-    size_t spare_count;
-    int32_t *signs;                 // of event indicators that are 0 there: what they become
-    const void *system;             // at work
-    void *control;
-    double reached;                 // the end of its last step
-    double last_event;
-    double last_interval;           // between events
-    int32_t restart;                // whether it has to begin anew
-    int32_t pending;                // whether the parts have not heard of the end of its last step
-    int32_t at_root;                // whether an event indicator changes its sign there
-    int32_t held_back;              // whether it does not go beyond the step's end, where inputs may jump
-    int32_t events_at_once;
-    int32_t shrinking;              // intervals between events, one after the other
-    int32_t watching;               // indicators that were 0, in the first step or in later ones: they must not leave it unseen
-    int32_t leaving;                // whether one has
-    """,
-)
-"""Of all parts together."""
-
-INPUT_QUERY = record(
-    "InputQuery",
-    """
-    int32_t transfer;               // that asks for inputs of a part
-    size_t bytes;                   // of their values
-    void *known;                    // the values at the last step
-    int32_t refused;                // it is not answered
-    """,
-)
-
-WATCHED = record(
-    "WatchedInput",
-    """
-    int32_t place;                  // of its source on the bus
-    int32_t instance;
-    double value;                   // that it has got
-    double before;                  // that of its source before the last update of discrete states
-    """,
-)
-"""Of an input that is set in event mode alone."""
-
-CONTROL = record(
-    "Control",
-    """
-    double start;
-    double stop;
-    double step;
-    int64_t steps;                  // on the grid
-    int64_t done;                   // of them
-    double t;
-    double target;
-    double horizon;                 // the earliest known event
-    int32_t exact;                  // whether steps end at events
-    int32_t at_grid;                // whether the target is a point of the grid
-    int32_t at_event;
-    int32_t ends_whole;             // whether the last step is as long as the others
-    int32_t resuming;               // whether steps have been taken before the event
-    int32_t all_open;               // whether no guard counts
-    int32_t ends_at_event;          // whether an announced event is at the end of the step
-    double smooth_from;             // time of the last event
-    int32_t everywhere;             // whether rows are recorded at events, too, on both sides
-    int32_t silent;                 // nothing is recorded or measured: the step may be taken back
-    int32_t unrecorded;             // the metrics are all that is kept
-    int32_t stop_place;             // of a variable that ends the run once it has been true for `stop_hold`; -1 for none
-    double stop_hold;
-    double true_since;
-    int32_t exchange;               // whether values are exchanged after each step (jacobi)
-    int32_t returning;              // whether FMUs may be set back to earlier times; they are told
-    int32_t rereading;              // whether all is read again at events, since what follows the inputs is not declared
-    int32_t on_grid;                // clocks tick at points of the grid alone
-    int32_t functions;              // how many values at the end of the step wait on the bus, of inputs that functions give
-    int32_t function_place;         // of the first one; those at the end come after all of them
-    int32_t cut;                    // whether an early return may end the step for all
-    int32_t jump;                   // the next one of the tables
-    int64_t rows;                   // recorded
-    int64_t room;                   // for rows
-    double *next_time;              // of the next row, in the record
-    double *next_row;
-    int64_t events;
-    int64_t warnings;
-    int64_t warned;                 // by the last of them: the instance, or the transfer
-    int32_t fault;
-    int32_t fault_status;
-    int32_t fault_where;            // the transfer, or -1 - the instance
-    int32_t fault_element;          // or the function, where no transfer has failed
-    double fault_time;
-    int32_t refused;                // an evaluation of the parts: the fault that it is if no other state does; likewise below
-    int32_t refused_status;
-    int32_t refused_where;
-    int32_t refused_element;
-    """,
-)
-
-RUNS = record(
-    "Runs",
-    """
-    int64_t most;                   // macro steps of one of them
-    const int64_t *places;          // of start values on the bus
-    size_t values;                  // their number
-    const double *rows;             // start values of each run
-    size_t count;
-    const int64_t *numbers;         // of the runs
-    int64_t *now;                   // where the number of the run at work is written, or null
-    Metric *gathered;               // what the metrics gather in each run
-    size_t finished;                // how many runs have
-    int32_t answer;                 // what `run` has answered for the next one, or FINISHED
-    """,
-)
+from shaper_fmu.records import ctypes_fields, numpy_type
 
 
 class Control(ctypes.Structure):
@@ -358,73 +116,6 @@ class Runs(ctypes.Structure):
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any: ...
-
-
-class ClockKind(IntEnum):
-    """Kinds of clocks; the last one is an output."""
-
-    PERIODIC, CHANGING, COUNTDOWN, TRIGGERED, TRIGGERING = range(5)
-
-
-class Asked(IntEnum):
-    """When a clock is asked for its interval: in initialization mode; in event mode, too."""
-
-    NEVER, ONCE, ALWAYS = range(3)
-
-
-class ValueType(IntEnum):
-    """Types of values in memory."""
-
-    F8, F4, I1, U1, I2, U2, I4, U4, I8, U8, BOOLEAN2, BOOLEAN3 = range(12)
-
-
-class Code(IntEnum):
-    """Operations of a program. 2: reals of FMI 1.0 and 2.0, steps of FMI 2.0; KEEP: what has been set, to the bus; AGAIN: what has
-    been set before the event."""
-
-    SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED = range(14)
-    SOLVE, STEP1 = range(14, 16)
-
-
-class Fault(IntEnum):
-    """What goes wrong. From BAD_INTERVAL on it is about a clock, whose number is the element.
-
-    NOT_A_NUMBER: among the values of a call, whose number is the status. SOLVER: CVODE's answer is the status.
-    OTHER_COUNT: a call writes more values than it was asked for, whose number is the status."""
-
-    NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE, NO_ITEM = range(8)
-    NOT_A_NUMBER, SOLVER, ENDLESS_STATE_EVENTS, OPEN_LOOP, OTHER_COUNT = range(8, 13)
-    BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = range(13, 17)
-
-
-class Answer(IntEnum):
-    """How the loop comes back; FULL: there is no room in the record."""
-
-    GOING_ON, FINISHED, FULL, FAULT = range(4)
-
-
-class Called(IntEnum):
-    """Functions of FMI that are no transfers, by the number that a fault tells; see faults.called_name."""
-
-    DoStep, EnterEventMode, EnterStepMode, UpdateDiscreteStates, SetRealInputDerivatives = range(5)
-    Reset, SetupExperiment, EnterInitializationMode, ExitInitializationMode = range(5, 9)
-    SetClock, GetClock, GetIntervalDecimal, GetIntervalFraction, GetShiftDecimal, GetShiftFraction = range(9, 15)
-    SetTime, SetContinuousStates, GetContinuousStates, GetNominals, GetDerivatives, GetEventIndicators = range(15, 21)
-    CompletedIntegratorStep, GetDirectionalDerivative, GetInputs, SetInputs = range(21, 25)
-
-
-PERIODIC, CHANGING, COUNTDOWN, TRIGGERED, TRIGGERING = ClockKind
-ONCE, ALWAYS = Asked.ONCE, Asked.ALWAYS
-F8, F4, I1, U1, I2, U2, I4, U4, I8, U8, BOOLEAN2, BOOLEAN3 = ValueType
-SIZES: dict[int, int] = {F8: 8, F4: 4, I1: 1, U1: 1, I2: 2, U2: 2, I4: 4, U4: 4, I8: 8, U8: 8, BOOLEAN2: 4, BOOLEAN3: 1}
-SET2, GET2, STEP2, SET, GET, STEP3, TABLES_BEFORE, TABLES_NOW, HOLD, SLOPES, GUARDED, KEEP, AGAIN, CLOCKED, SOLVE, STEP1 = Code
-NO_FAULT, CALL_FAILED, NOT_FINITE, EARLY_RETURN, TERMINATED, ENDLESS_EVENTS, NOT_IN_RANGE, NO_ITEM = list(Fault)[:8]
-NOT_A_NUMBER, SOLVER_FAULT, ENDLESS_STATE_EVENTS, OPEN_LOOP, OTHER_COUNT = list(Fault)[8:13]
-BAD_INTERVAL, NO_INTERVAL, OFF_GRID, ENDLESS_TICKS = list(Fault)[13:]
-GOING_ON, FINISHED, FULL, FAULT = Answer
-
-JUMPS = -(1 << 30)
-"""The cause that stands for jumps of tables; others are places of announced times on the bus, or -1 - instance."""
 
 
 class Layout(NamedTuple):

@@ -1,4 +1,4 @@
-"""The header layout.h of the loop's C sources, written from what layout.py declares."""
+"""The header layout.h of the loop's C sources, written from what layout.py and the modules beside it declare."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ENUMS: dict[str, type[IntEnum]] = {
 def loop_header() -> str:
     """The header's text."""
     parts = [
-        "/* Written by shaper_fmu/master/loop_header.py from the declarations in shaper_fmu/master/layout.py: change those. */\n",
+        "/* Written by shaper_fmu/master/loop_header.py from the declarations in shaper_fmu/master/layout*.py: change those. */\n",
         "#ifndef LAYOUT_H\n#define LAYOUT_H\n\n#include <stddef.h>\n#include <stdint.h>\n",
         "typedef void (*Function)(void); /* of FMI: called as what it is, see fmi.h */\n",
         f"#define NO_EVENT {of.NO_EVENT!r}\n#define JUMPS ({of.JUMPS})\n",

@@ -31,6 +31,7 @@ from shaper_fmu.master.notes import coupling_notes, system_notes
 from shaper_fmu.master.process_state import Kept, Share, keeping, process_notes, put_back
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
+from shaper_fmu.master.run_options import checked_solving, ends_whole, number_of_steps, set_exact
 from shaper_fmu.master.signals import Interpolation
 from shaper_fmu.master.step_control import StepControl, ask_functions
 from shaper_fmu.master.step_notes import step_notes, time_scales
@@ -38,7 +39,6 @@ from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.wiring import Port
 from shaper_fmu.metrics.metric import Metric
 
-_MOST_STEPS = 1e8
 _CHUNK_SECONDS = 0.1
 _MOST_PROGRAMS = 16
 """That are kept for other runs."""
@@ -348,48 +348,6 @@ class Simulation:
             notes,
             metric_values(self._metrics, program.layout.metrics),
         )
-
-
-def checked_solving(solver: SolverMethod, coupling: Coupling, tolerance: float | None) -> Solving:
-    """How FMUs of model exchange are solved. Raises ModelError for what does not exist."""
-    for what, given, known in (("solver", solver, get_args(SolverMethod)), ("coupling", coupling, get_args(Coupling))):
-        if given not in known:
-            raise ModelError([f"there is no {what} {given!r}.{nearest(given, known)}"])
-    if tolerance is not None and not 0.0 < tolerance < 1.0:
-        raise ModelError([f"solver_tolerance = {tolerance} must lie between 0 and 1"])
-    return Solving(solver, coupling, tolerance)
-
-
-def set_exact(control: of.Control, program: Program, exact: bool) -> None:
-    """Whether steps end at events; if not, clocks tick at points of the grid, and tables jump there."""
-    control.exact = exact or bool(program.clocks.ports)
-    control.on_grid = control.exact and not exact
-    control.jump = 0 if exact else len(program.layout.jumps)
-
-
-def number_of_steps(system: SystemStructure, start_time: float, stop_time: float, step: float) -> int:
-    """How many communication steps a run takes; the last one may be shorter. Raises ModelError for times that make no sense."""
-    if not (all(map(math.isfinite, (start_time, stop_time, step))) and step > 0.0 and stop_time >= start_time):
-        raise ModelError([f"cannot run from {start_time} s to {stop_time} s in steps of {step} s"])
-    span = stop_time - start_time
-    if 0.0 < span * (1.0 + 1e-9) < step:
-        raise ModelError([f"a step of {step:g} s does not fit into a run of {span:g} s; give a step of {span:g} s at most"])
-    if step < 16.0 * math.ulp(max(abs(start_time), abs(stop_time))) or (stop_time - start_time) / step > _MOST_STEPS:
-        raise ModelError(
-            [f"steps of {step} s from {start_time} s to {stop_time} s are too small or too many ({_MOST_STEPS:g} at most)"]
-        )
-    steps = math.ceil((stop_time - start_time) / step * (1.0 - 1e-12) - 1e-9)
-    if start_time + steps * step > stop_time + 1e-9 * step:
-        for name, fmu in system.fmus.items():
-            if not fmu.takes_any_step:
-                raise ModelError([f"{name} takes no variable steps, so stop_time must be a multiple of the step {step} s"])
-    return steps
-
-
-def ends_whole(start_time: float, stop_time: float, step: float, steps: int) -> bool:
-    """Whether the last step is meant to be as long as the others and differs only by rounding."""
-    rounding = 1e-9 * step + 4.0 * math.ulp(max(abs(start_time), abs(stop_time)))
-    return bool(abs(start_time + steps * step - stop_time) <= rounding)  # of times that numpy made, too
 
 
 def _record_into(control: of.Control, times: np.ndarray, record: np.ndarray) -> None:

@@ -14,7 +14,7 @@ import fmpy
 from shaper_fmu.archives import read_archive, read_file
 from shaper_fmu.errors import ArchiveError, ModelError
 from shaper_fmu.master.fmu import Fmu
-from shaper_fmu.master.simulation import number_of_steps
+from shaper_fmu.master.run_options import number_of_steps
 from shaper_fmu.master.system import System
 from shaper_fmu.ssp.annotations import run_settings
 from shaper_fmu.ssp.archive import variants

@@ -14,7 +14,7 @@ from wrong_systems import WRONG
 
 from shaper_fmu.archives import read_archive, write_archive
 from shaper_fmu.errors import ArchiveError, ModelError, ShaperFmuError
-from shaper_fmu.master.simulation import number_of_steps
+from shaper_fmu.master.run_options import number_of_steps
 from shaper_fmu.ssp.archive import load_ssp, variants
 from shaper_fmu.ssp.check import file_findings
 from shaper_fmu.ssp.findings import Finding, Weight

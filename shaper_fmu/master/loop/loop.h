@@ -1,6 +1,6 @@
 /* The stepping loop: what a master calls.
 
-   A system is data (see layout.h, which loop_header.py writes from the declarations in layout.py): instances of FMUs with the
+   A system is data (see layout.h, which loop_header.py writes from the declarations in layout*.py): instances of FMUs with the
    addresses of their functions, transfers of values, and programs that say in which order values move and instances step. A
    Control is the state of a run. Nothing is kept anywhere else, so that systems can be stepped side by side in threads.
 
