@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import Protocol
 
 from shaper_fmu.errors import ComponentError, nearest
 
@@ -43,6 +44,22 @@ class Unit:
     exponents: tuple[tuple[str, int], ...]
     factor: float = 1.0
     offset: float = 0.0
+
+
+class Scaled(Protocol):
+    """A unit as its factor and offset to SI; may be FMI's, SSP's or ours."""
+
+    @property
+    def factor(self) -> float: ...
+
+    @property
+    def offset(self) -> float: ...
+
+
+def conversion(source: Scaled, target: Scaled) -> tuple[float, float]:
+    """Gain and offset from a value in `source` to one in `target`, units of one kind: value in SI = factor * value + offset."""
+    factor = float(target.factor)
+    return float(source.factor) / factor, (float(source.offset) - float(target.offset)) / factor
 
 
 def parse_unit(text: str) -> Unit:

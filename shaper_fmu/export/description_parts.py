@@ -14,7 +14,7 @@ from shaper_fmu.component import Component, Variable
 from shaper_fmu.errors import BuildError
 from shaper_fmu.export.docstrings import item_descriptions
 from shaper_fmu.export.model_structure import visible_variables
-from shaper_fmu.units import parse_unit
+from shaper_fmu.units import conversion, parse_unit
 from shaper_fmu.version import __version__
 
 
@@ -83,7 +83,7 @@ def add_units(root: etree._Element, component: type[Component], *more: str) -> N
         base = {symbol: str(exponent) for symbol, exponent in unit.exponents}
         etree.SubElement(element, "BaseUnit", base if unit.factor == 1.0 else {**base, "factor": text(unit.factor)})
         for display in sorted(displays):
-            etree.SubElement(element, "DisplayUnit", name=display, factor=text(unit.factor / parse_unit(display).factor))
+            etree.SubElement(element, "DisplayUnit", name=display, factor=text(conversion(unit, parse_unit(display))[0]))
 
 
 def enumerations(component: type[Component]) -> dict[str, type[enum.IntEnum]]:

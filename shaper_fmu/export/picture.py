@@ -18,7 +18,7 @@ from lxml import etree
 
 from shaper_fmu.component import NO_EVENT, Component, Variable
 from shaper_fmu.page.figures import COLOURS, label
-from shaper_fmu.units import parse_unit
+from shaper_fmu.units import conversion, parse_unit
 
 INTERVALS = 400
 STEP_AT = INTERVALS // 20
@@ -274,7 +274,7 @@ def _draw_panel(axes: object, unit: str, variables: list[Variable[Any]], recordi
     alone = sum(len(v.scalar_names) for v in variables if v.causality == "output") == 1
     count = 0
     for variable in variables:
-        factor = parse_unit(variable.unit).factor / parse_unit(variable.display_unit).factor if variable.display_unit else 1.0
+        factor = conversion(parse_unit(variable.unit), parse_unit(variable.display_unit))[0] if variable.display_unit else 1.0
         drawstyle = "default" if variable.kind is float else "steps-post"
         for name in variable.scalar_names:
             values = [factor * value for value in recording.series[name]]

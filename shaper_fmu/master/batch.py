@@ -20,7 +20,7 @@ from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.loop_library import loop
 from shaper_fmu.master.process_state import Share, keeping, put_back
 from shaper_fmu.master.program import Program
-from shaper_fmu.master.run_options import checked_solving, ends_whole, number_of_steps, set_exact
+from shaper_fmu.master.run_options import Times, checked_solving, set_up
 from shaper_fmu.master.signals import Interpolation
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.structure import SystemStructure
@@ -134,15 +134,9 @@ class Batch:
 
     def _fill(self, control: of.Control, exact: bool) -> None:
         plan = self.plan
-        control.start = control.t = control.smooth_from = plan.start_time
-        control.stop, control.step = plan.stop_time, plan.step
-        control.steps = number_of_steps(self.system, plan.start_time, plan.stop_time, plan.step)
-        control.ends_whole = ends_whole(plan.start_time, plan.stop_time, plan.step, int(control.steps))
-        set_exact(control, self._program, exact)
-        control.exchange = plan.algorithm == "jacobi"
-        control.all_open, control.rereading = 1, self._program.reads_locals()
-        control.cut, control.at_grid, control.unrecorded, control.room = exact, 1, 1, _ENDLESS
-        control.stop_place, control.stop_hold, control.true_since = -1, plan.stop_hold, of.NO_EVENT
+        set_up(control, self._program, Times(plan.start_time, plan.stop_time, plan.step), plan.algorithm, exact)
+        control.at_grid, control.unrecorded, control.room = 1, 1, _ENDLESS
+        control.stop_hold, control.true_since = plan.stop_hold, of.NO_EVENT
         if plan.stop_when:
             control.stop_place = self._program.place(self.system.ports([plan.stop_when])[0])
 

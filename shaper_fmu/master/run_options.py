@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import get_args
+from typing import NamedTuple, get_args
 
 from shaper_fmu.errors import ModelError, nearest
 from shaper_fmu.master import layout as of
-from shaper_fmu.master.algorithms import Coupling, SolverMethod
+from shaper_fmu.master.algorithms import Algorithm, Coupling, SolverMethod
 from shaper_fmu.master.model_exchange import Solving
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.structure import SystemStructure
@@ -25,11 +25,26 @@ def checked_solving(solver: SolverMethod, coupling: Coupling, tolerance: float |
     return Solving(solver, coupling, tolerance)
 
 
-def set_exact(control: of.Control, program: Program, exact: bool) -> None:
-    """Whether steps end at events; if not, clocks tick at points of the grid, and tables jump there."""
+class Times(NamedTuple):
+    """From when to when a run goes, and its communication step [s]."""
+
+    start: float
+    stop: float
+    step: float
+
+
+def set_up(control: of.Control, program: Program, times: Times, algorithm: Algorithm, exact: bool) -> None:
+    """Bring a fresh control to the start of a run; `exact`: whether its steps end at events. Raises ModelError for wrong times."""
+    control.start = control.t = control.smooth_from = times.start
+    control.stop, control.step = times.stop, times.step
+    control.steps = number_of_steps(program.system, *times)
+    control.ends_whole = _ends_whole(times, int(control.steps))
     control.exact = exact or bool(program.clocks.ports)
-    control.on_grid = control.exact and not exact
+    control.on_grid = control.exact and not exact  # clocks tick at points of the grid, and tables jump there
     control.jump = 0 if exact else len(program.layout.jumps)
+    control.exchange = algorithm == "jacobi"
+    control.cut = exact and not program.signals  # Python's functions are asked before a step, for its end
+    control.stop_place, control.all_open, control.rereading = -1, 1, program.reads_locals()
 
 
 def number_of_steps(system: SystemStructure, start_time: float, stop_time: float, step: float) -> int:
@@ -51,7 +66,7 @@ def number_of_steps(system: SystemStructure, start_time: float, stop_time: float
     return steps
 
 
-def ends_whole(start_time: float, stop_time: float, step: float, steps: int) -> bool:
+def _ends_whole(times: Times, steps: int) -> bool:
     """Whether the last step is meant to be as long as the others and differs only by rounding."""
-    rounding = 1e-9 * step + 4.0 * math.ulp(max(abs(start_time), abs(stop_time)))
-    return bool(abs(start_time + steps * step - stop_time) <= rounding)  # of times that numpy made, too
+    rounding = 1e-9 * times.step + 4.0 * math.ulp(max(abs(times.start), abs(times.stop)))
+    return bool(abs(times.start + steps * times.step - times.stop) <= rounding)  # of times that numpy made, too

@@ -31,7 +31,7 @@ from shaper_fmu.master.notes import coupling_notes, system_notes
 from shaper_fmu.master.process_state import Kept, Share, keeping, process_notes, put_back
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.results import Results
-from shaper_fmu.master.run_options import checked_solving, ends_whole, number_of_steps, set_exact
+from shaper_fmu.master.run_options import Times, checked_solving, number_of_steps, set_up
 from shaper_fmu.master.signals import Interpolation
 from shaper_fmu.master.step_control import StepControl, ask_functions
 from shaper_fmu.master.step_notes import step_notes, time_scales
@@ -166,7 +166,7 @@ class Simulation:
         """
         if algorithm not in ALGORITHMS:
             raise ModelError([f"there is no algorithm {algorithm!r}.{nearest(algorithm, ALGORITHMS)}"])
-        steps = number_of_steps(self.system, start_time, stop_time, step)
+        number_of_steps(self.system, start_time, stop_time, step)  # wrong times are told before anything is done
         treatment = treat_events(self.system, exact)
         if not self._fresh:
             self.reset()
@@ -178,15 +178,10 @@ class Simulation:
             algorithm, treatment, interpolation == "linear", checked_solving(solver, coupling, solver_tolerance)
         )
         control = of.Control()
-        control.start = control.t = control.smooth_from = start_time
-        control.stop_place, control.all_open, control.rereading = -1, 1, program.reads_locals()
-        control.stop, control.step, control.steps = stop_time, step, steps
-        control.ends_whole = ends_whole(start_time, stop_time, step, steps)
-        set_exact(control, program, treatment.exact)
-        control.everywhere, control.exchange = bool(everywhere), algorithm == "jacobi"
+        set_up(control, program, Times(start_time, stop_time, step), algorithm, treatment.exact)
+        control.everywhere = bool(everywhere)
         if program.signals and not control.exchange:
             control.functions, control.function_place = len(program.signals), program.signals[0][0]
-        control.cut = treatment.exact and not program.signals  # Python's functions are asked before a step, for its end
         self._initialize(program, control, start_values or {}, solver_tolerance)
         controller = self._controller(program, control, tolerance) if tolerance is not None else None
         linear_notes = (_linear_note(program.linear_inputs),) if interpolation == "linear" else ()

@@ -18,7 +18,7 @@ from shaper_fmu.master.once import once_problems
 from shaper_fmu.master.signals import Interpolation, Signal, make_signal, typed_signal
 from shaper_fmu.master.variables import TRANSFERABLE, items_of, kind_of, possible_values, shown_items
 from shaper_fmu.master.wiring import Loop, Port, instance_order, signal_order
-from shaper_fmu.units import BASE
+from shaper_fmu.units import BASE, conversion
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
 _SOURCES = ("output", "local", "calculatedParameter", "constant")
@@ -345,8 +345,7 @@ class SystemStructure:
             open_ = [one for f, one, d in ends if f.version == 1 and (d is None or d.baseUnit is None)]
             hint = f": FMI 1.0 does not tell what {open_[0]} is. If you know, use connect_raw with a gain" if open_ else ""
             raise ModelError([message + hint])
-        factor, other_factor = (float(base.factor) for base in bases)
-        return factor / other_factor, (float(bases[0].offset) - float(bases[1].offset)) / other_factor
+        return conversion(bases[0], bases[1])
 
 
 def _exponents(unit: BaseUnit) -> tuple[int, ...]:

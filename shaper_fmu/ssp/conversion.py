@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 
 from shaper_fmu.errors import ModelError
 from shaper_fmu.ssp.document_parts import LinearTransformation, Transformation, Unit
+from shaper_fmu.units import conversion
 
 Affine = tuple[float, float]
 """Gain and offset: target = gain * source + offset."""
@@ -25,7 +26,7 @@ def unit_conversion(source: Unit | None, target: Unit | None) -> Affine:
         if source.name == target.name:  # the same name, of which one file knows no more
             return IDENTITY
         raise ModelError([f"{source.name} and {target.name} are units of different kinds"])
-    return source.factor / target.factor, (source.offset - target.offset) / target.factor
+    return conversion(source, target)
 
 
 def after(first: Affine, second: Affine) -> Affine:
