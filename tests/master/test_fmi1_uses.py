@@ -72,9 +72,10 @@ def _check_sweep(system: System, folder: Path, fresh: bool, tolerance: float) ->
         assert ("instances" in opened.remarks()) == fresh
 
 
-def test_a_slave_is_identified():
-    """The mode of m x'' + d x' + k x = f."""
-    (mode,) = experiment(spring_fmu(), "force", ["position"]).modes
+@pytest.mark.parametrize("fmu", [spring_fmu, model])
+def test_its_mode_is_identified(fmu):
+    """That of m x'' + d x' + k x = f, of the slave and of the model."""
+    (mode,) = experiment(fmu(), "force", ["position"]).modes
     assert mode.natural_frequency == pytest.approx((STIFFNESS / MASS) ** 0.5, rel=1e-6)
     assert mode.damping_ratio == pytest.approx(0.5 * DAMPING / (STIFFNESS * MASS) ** 0.5, rel=1e-4)
 
