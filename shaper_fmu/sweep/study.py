@@ -17,6 +17,7 @@ from shaper_fmu.errors import ModelError, StudyError, nearest
 from shaper_fmu.master.algorithms import Algorithm, Coupling, SolverMethod
 from shaper_fmu.master.batch import Plan
 from shaper_fmu.master.metrics import check_metrics, metric_variables
+from shaper_fmu.master.run_options import checked_solving
 from shaper_fmu.master.signals import Interpolation
 from shaper_fmu.metrics.known import GROUP, METRICS, AnyMetric
 from shaper_fmu.sweep.plan import KINDS, MOST_RUNS, Points, Sampling, Value
@@ -155,6 +156,10 @@ def check_study(study: Study) -> None:
         raise StudyError(f"reference = {study.reference!r} is not one of [compare].{nearest(study.reference, study.compare)}")
     if not 0.0 < study.step <= study.stop_time < float("inf"):
         raise StudyError(f"step = {study.step} and stop_time = {study.stop_time} must be positive, the step the smaller one")
+    try:
+        checked_solving(study.solver, study.coupling, study.solver_tolerance)
+    except ModelError as error:
+        raise StudyError(str(error)) from None
     for name, least in (("stop_hold", study.stop_hold >= 0.0), ("time_limit", study.time_limit is None or study.time_limit > 0.0)):
         if not least:
             raise StudyError(f"{name} = {getattr(study, name)} must be positive")
