@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 from equation_fmus import MODELS, equations, equations_fmu
 
@@ -79,3 +81,18 @@ def test_an_input_that_jumps_over_a_limit_does_so_again_where_a_step_is_tried_ag
     results = system.simulate(1.0, 0.1, exact=False, tolerance=1e-3, record=["x.x1", "x.events"])
     assert results["x.events"][-1] == 1.0
     assert results["x.x1"][-1] == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize("options", [{}, {"coupling": "steps"}, {"exact": False}], ids=["as one", "at steps", "on the grid"])
+@pytest.mark.parametrize("count", [15, 120])
+@VERSIONS
+def test_an_event_goes_through_a_chain_of_any_length(version, count, options):
+    """The first switches at 0.3 s and each switches the next one in the same instant: x1' = 1 from then on, for all."""
+    system = System()
+    system.add("first", equations_fmu(version), {"model": float(MODELS["switching"]), "p": 0.3})
+    names = [f"a{i}" for i in range(count)]
+    for before, name in pairwise(["first", *names]):
+        system.add(name, equations_fmu(version), {"model": float(MODELS["switched"]), "p": 0.5})
+        system.connect_raw(f"{before}.y", f"{name}.u")
+    results = system.simulate(1.0, 0.05, solver_tolerance=1e-9, record=[f"{name}.x1" for name in names], **options)
+    assert [float(values[-1]) for values in results.values.values()] == pytest.approx([0.7] * count, abs=1e-11)

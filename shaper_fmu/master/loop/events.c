@@ -16,6 +16,9 @@
 #define MOST_FOLLOWING 10 /* updates: where values close a loop, rounding may take an indicator back and forth, and some time events are
                             never but in the past */
 
+/* In a chain each instance may follow the one before it. */
+static int most(int number, const System *system) { return number + (int)system->instances.count; }
+
 /* What an instance answers to the update of its discrete states. */
 typedef struct {
     int again;
@@ -170,7 +173,7 @@ static int spread(const System *system, Control *control, double t, int *again, 
         if (!execute(system, control, system->event_read_program, t, 0.0)) return 0;
     }
     if (!have_inputs_crossed(system, control, t, &crossed)) return 0;
-    *again = has_fed(system, 0, asking) || ((crossed || is_due(system, t)) && ++*following < MOST_FOLLOWING);
+    *again = has_fed(system, 0, asking) || ((crossed || is_due(system, t)) && ++*following < most(MOST_FOLLOWING, system));
     return 1;
 }
 
@@ -181,7 +184,7 @@ int handle_event(const System *system, Control *control, double t, int entering)
     restart_solver(system);
     const int rereading = is_rereading(system, control);
     int asking = 0, settled = 0, following = 0;
-    for (int i = 0; i < MOST_UPDATES; i++) {
+    for (int i = 0; i < most(MOST_UPDATES, system); i++) {
         const int again = settle(system, control, t, &settled, &asking);
         if (again == FAILED) return 0;
         if (!rereading) return 1; /* all that follows the inputs has been read */
@@ -198,12 +201,12 @@ int handle_event(const System *system, Control *control, double t, int entering)
 int handle_event_of_parts(const System *system, Control *control, double t) {
     int asking = 0, again = 1, following = 0;
     if (!all_in_mode(system, control, 1, 1, t)) return 0;
-    for (int i = 0; i < MOST_UPDATES; i++) {
+    for (int i = 0; i < most(MOST_UPDATES, system); i++) {
         int crossed = 0;
         note_sources(system);
         if (!note_indicators(system, control, t) || !exchange_between_parts(system, control, t)) return 0;
         if (!have_inputs_crossed(system, control, t, &crossed)) return 0;
-        const int fed = has_fed(system, 1, &asking) || ((crossed || is_due(system, t)) && ++following < MOST_FOLLOWING);
+        const int fed = has_fed(system, 1, &asking) || ((crossed || is_due(system, t)) && ++following < most(MOST_FOLLOWING, system));
         if (!again && !fed) return all_in_mode(system, control, 0, 1, t);
         again = 0;
         for (size_t k = 0; k < system->parts.count; k++) {
