@@ -40,7 +40,7 @@ def test_a_long_run_can_be_interrupted_and_frees_its_instances(fault):
     command = [sys.executable, "-c", INTERRUPTED, str(faulty_fmu(2)), str(FAULTS[fault])]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         out, errors = interrupt(process)
-    assert out.splitlines()[-1] == "interrupted False"
+    assert out.splitlines()[-1].removeprefix("going") == "interrupted False"  # it may come between a word and its line's end
     assert errors.splitlines() == (["freed"] if fault == "slow" else [])
 
 
