@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fmpy.model_description import ModelVariable
+from fmpy.model_description import ModelVariable, Unit
 
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.wiring import Port
@@ -39,9 +39,10 @@ class OuterVariable:
         dimensions: sizes of an array of FMI 3.0, () for a scalar.
         elements: for each element, in FMI's order, what it stands for: all that an input or a parameter sets; of any other, one.
         starts: a value for each element; () for none.
-        shown: the inner variable whose unit, type, bounds, nominal value, description and initial it shows.
+        shown: the inner variable whose unit, type, bounds, nominal value, description and initial it shows; a changed copy without
+            a name where those are others outside.
         fmu: whose that is.
-        unit: outside, where it is another than the inner variable's.
+        unit: the definition of the unit outside, where it is another than the inner variable's.
         reference: its value reference: its place among the container's variables.
     """
 
@@ -54,5 +55,5 @@ class OuterVariable:
     starts: tuple[Value, ...]
     shown: ModelVariable
     fmu: Fmu
-    unit: str | None = None
+    unit: Unit | None = None
     reference: int = 0

@@ -227,11 +227,17 @@ class Network:
         return found
 
     def _values(self, node: Node) -> list[int]:
-        """All values that a variable can have; none if they are too many, or not known."""
-        return sorted(possible_values(self.variable(node))) if self.is_variable(node) else []
+        """All values that a variable or a declared connector can have; none if they are too many, or not known."""
+        if self.is_variable(node):
+            return sorted(possible_values(self.variable(node)))
+        declared = self.declared(node)
+        if declared is not None and declared.kind == "boolean":
+            return [0, 1]
+        return sorted((declared.items or {}).values()) if declared is not None else []
 
 
 def _named_integers(wires: list[Wire]) -> list[int]:
-    """All numbers that mappings of integers name."""
+    """All numbers that mappings of integers name; both of booleans."""
     found = [wire.transformation for wire in wires if isinstance(wire.transformation, MappingTransformation)]
-    return sorted({int(key) for one in found if one.kind == "Integer" for key, _ in one.entries})
+    booleans = {0, 1} if any(one.kind == "Boolean" for one in found) else set()
+    return sorted({int(key) for one in found if one.kind == "Integer" for key, _ in one.entries} | booleans)
