@@ -206,6 +206,8 @@ CONTROL = record(
     int32_t function_place;         // of the first one; those at the end come after all of them
     int32_t cut;                    // whether an early return may end the step for all
     int32_t jump;                   // the next one of the tables
+    int32_t pausing;                // whether somebody else handles the events: 1 at the end of a run, 2 at any time
+    int32_t paused;                 // an event waits at t for somebody else
     int64_t rows;                   // recorded
     int64_t room;                   // for rows
     double *next_time;              // of the next row, in the record

@@ -113,6 +113,10 @@ class Program:
             place += -(-size // 8) * 8
         return rows
 
+    def beside(self) -> list[np.ndarray]:
+        """The arrays that the layout's records point into, beside the layout's own."""
+        return [*self._linear.memory, self.clocks.references]
+
     def solved(self) -> list[np.ndarray]:
         """What the solver of FMUs of model exchange keeps from one step for the next, but for what it makes anew."""
         return [self._known, *self.parts.kept()]
@@ -157,6 +161,10 @@ class Program:
     def place(self, port: Port) -> int:
         """Where the value of an output that is connected, recorded or measured is on the bus."""
         return self._places[port]
+
+    def signal_place(self, port: Port) -> int:
+        """Where the value of an input that is given from outside is on the bus."""
+        return self._places[("signal", *port)]
 
     def reads_locals(self) -> bool:
         """Whether there are variables that are no outputs, of which no FMU declares what they follow, and that may be read anew."""

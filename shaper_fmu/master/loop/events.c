@@ -224,3 +224,10 @@ int end_in_event(const System *system, Control *control, double t) {
         system->bus.at[i] = system->bus.at[i + control->functions];
     return handle_event(system, control, t, 1);
 }
+
+int loop_enter_event_mode(const System *system, Control *control) { return all_in_mode(system, control, 1, 0, control->t); }
+
+int loop_handle_event(const System *system, Control *control, int entered) {
+    control->paused = 0;
+    return entered ? handle_event(system, control, control->t, 0) : end_in_event(system, control, control->t);
+}

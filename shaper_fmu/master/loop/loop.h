@@ -15,7 +15,9 @@
 
 #include "layout.h"
 
-#if defined(_WIN32)
+#if defined(LOOP_API)
+/* nothing of it is seen outside of the library that it is part of */
+#elif defined(_WIN32)
 #define LOOP_API __declspec(dllexport)
 #elif defined(__GNUC__)
 #define LOOP_API __attribute__((visibility("default")))
@@ -47,6 +49,23 @@ LOOP_API int loop_run(const System *system, Control *control, int64_t most);
 /* Only plan a step, and take it: where inputs are given by somebody else's functions, they are asked in between. */
 LOOP_API void loop_plan_step(const System *system, Control *control);
 LOOP_API int loop_take_planned_step(const System *system, Control *control);
+
+/* A run goes on after its end: `steps` steps of h / steps follow. With `anew` inputs have been given other values, or have not been
+   set since the end; they are set now. */
+LOOP_API int loop_go_on(const System *system, Control *control, double h, int64_t steps, int anew);
+
+/* Handle an event that waits: after Control.paused, or where values from outside have changed. With `entered` the instances are
+   in event mode already. */
+LOOP_API int loop_handle_event(const System *system, Control *control, int entered);
+
+/* Have all instances with event mode enter it. */
+LOOP_API int loop_enter_event_mode(const System *system, Control *control);
+
+/* Bring other values from outside, at the end of a run, to what follows them at once. */
+LOOP_API int loop_look_through(const System *system, Control *control);
+
+/* The earliest event that is known [s]; NO_EVENT for none. */
+LOOP_API double loop_next_event(const System *system, Control *control);
 
 /* Bring all instances from wherever they are to the start of a run. */
 LOOP_API int loop_start_again(const System *system, Control *control, int in_event_mode);

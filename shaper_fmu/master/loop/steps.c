@@ -79,6 +79,12 @@ static void note(const System *system, Control *control, int left) {
 
 static int is_at_end(const Control *control) { return control->done >= control->steps; }
 
+/* Whether an event at the end of the step is left to somebody else. */
+static int pauses(Control *control) {
+    control->paused = control->pausing == 2 || (control->pausing && is_at_end(control));
+    return control->paused;
+}
+
 /* Exchange values after a step that ends at no event; a change of an input that is set in event mode alone is one. */
 static int exchange(const System *system, Control *control, double t) {
     if (control->exchange) {
@@ -88,7 +94,7 @@ static int exchange(const System *system, Control *control, double t) {
     if (!has_changed(system)) return 1;
     control->events++;
     note(system, control, 1);
-    return end_in_event(system, control, t);
+    return pauses(control) || end_in_event(system, control, t);
 }
 
 /* The length of the step; all that are meant whole are equal to the bit. */
@@ -113,6 +119,7 @@ static int take_step(const System *system, Control *control) {
     if (event || control->at_event) {
         control->events++;
         note(system, control, 1);
+        if (pauses(control)) return 1;
         if (!end_in_event(system, control, control->t)) {
             if (control->fault == FAULT_TERMINATED && !control->everywhere) note(system, control, 0); /* what was before the event */
             return 0;
@@ -136,7 +143,7 @@ static int is_to_stop(const System *system, Control *control) {
 
 int loop_run(const System *system, Control *control, int64_t most) {
     for (int64_t i = 0; i < most; i++) {
-        if (is_at_end(control)) return ANSWER_FINISHED;
+        if (control->paused || is_at_end(control)) return ANSWER_FINISHED;
         if (control->rows + 2 > control->room) return ANSWER_FULL;
         plan(system, control);
         if (!take_step(system, control)) return ANSWER_FAULT;
@@ -148,5 +155,28 @@ int loop_run(const System *system, Control *control, int64_t most) {
 void loop_plan_step(const System *system, Control *control) { plan(system, control); }
 
 int loop_take_planned_step(const System *system, Control *control) { return take_step(system, control); }
+
+int loop_go_on(const System *system, Control *control, double h, int64_t steps, int anew) {
+    const double t = control->start = control->t;
+    const int after_event = control->smooth_from == t;
+    control->stop = t + h;
+    control->step = h / (double)steps;
+    control->steps = steps;
+    control->done = 0;
+    control->ends_whole = 1;
+    if (!anew) return 1;
+    if (after_event && !execute(system, control, system->resume_program, t, 0.0)) return 0;
+    if (control->exchange && !execute(system, control, system->exchange_program, t, 0.0)) return 0;
+    return !has_changed(system) || handle_event(system, control, t, 1);
+}
+
+int loop_look_through(const System *system, Control *control) {
+    return execute(system, control, system->final_program, control->t, 0.0);
+}
+
+double loop_next_event(const System *system, Control *control) {
+    plan(system, control);
+    return control->horizon;
+}
 
 void loop_first_row(const System *system, Control *control) { note(system, control, 0); }

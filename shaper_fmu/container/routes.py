@@ -1,0 +1,157 @@
+"""Writes the outer variables of a container, and the way from each to what it stands for inside.
+
+Inputs, and outputs that are numbers or booleans, are on the loop's bus. All others are set and read by calls of the FMUs; there an
+array of FMI 3.0 goes as a whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import Any
+
+from shaper_fmu.container.outside import OuterVariable, Target
+from shaper_fmu.container.planned import Symbols
+from shaper_fmu.container.words import Words
+from shaper_fmu.master import layout as of
+from shaper_fmu.master.program import Program
+from shaper_fmu.master.transfer_writer import TYPES
+from shaper_fmu.master.variables import TRANSFERABLE, kind_of
+from shaper_fmu.master.wiring import Port
+
+STRING, BINARY = 12, 13
+"""Types of values that the loop does not move; the others have the numbers of layout_numbers.ValueType."""
+
+
+class Settable(IntEnum):
+    """When an outer variable may be set."""
+
+    NEVER, BEFORE_START, ALWAYS, INPUT = range(4)
+
+
+def is_on_bus(variable: OuterVariable, program: Program) -> bool:
+    """Whether an outer variable's values are on the bus."""
+    port = variable.elements[0][0].port
+    kind = kind_of(program.instances[port[0]].fmu.variables[port[1]])
+    return kind in TRANSFERABLE and variable.causality in ("input", "output")
+
+
+def outer_outputs(variables: Sequence[OuterVariable], fmus: Any) -> list[Port]:
+    """The ports whose values the loop has to bring to the bus for outer variables."""
+    ports = [
+        target.port for variable in variables if variable.causality == "output" for element in variable.elements for target in element
+    ]
+    return [port for port in dict.fromkeys(ports) if kind_of(fmus[port[0]].variables[port[1]]) in TRANSFERABLE]
+
+
+def write_variables(words: Words, program: Program, variables: Sequence[OuterVariable], symbols: Symbols) -> None:
+    """Write all outer variables, and before them the arrays and scalars inside that they are moved with by calls."""
+    wholes = _Wholes(program)
+    body = Words()
+    for variable in variables:
+        _write_variable(body, program, variable, wholes)
+    words.whole(len(wholes.rows))
+    for name, reference, elements in wholes.rows:
+        _write_whole(words, program, name, reference, elements, symbols)
+    words.whole(len(variables))
+    words.array(_as_array(body))
+
+
+def _as_array(body: Words) -> Any:
+    import numpy as np
+
+    return np.frombuffer(body.content(), "<u8")
+
+
+class _Wholes:
+    """The arrays and scalars of the FMUs that calls move, each once."""
+
+    def __init__(self, program: Program):
+        self._program = program
+        self._numbers: dict[tuple[str, int, tuple[str, ...]], int] = {}
+
+    @property
+    def rows(self) -> list[tuple[str, int, tuple[str, ...]]]:
+        return list(self._numbers)
+
+    def place(self, port: Port) -> tuple[int, int]:
+        """The number of the array or scalar that an element belongs to, and its place there."""
+        ((reference, elements),) = self._program.instances[port[0]].fmu.whole_variables([port[1]])
+        key = (port[0], reference, tuple(elements))
+        return self._numbers.setdefault(key, len(self._numbers)), elements.index(port[1])
+
+
+def _type_inside(program: Program, port: Port) -> tuple[str, int]:
+    fmu = program.instances[port[0]].fmu
+    kind = str(fmu.variables[port[1]].type)
+    return {"String": ("String", STRING), "Binary": ("Binary", BINARY)}.get(kind) or TYPES[fmu.version][kind]
+
+
+def _write_whole(
+    words: Words, program: Program, name: str, reference: int, elements: Sequence[str], symbols: Symbols
+) -> None:
+    instance = program.instances[name]
+    function, kind = _type_inside(program, (name, elements[0]))
+    version = instance.fmu.version
+    words.whole(program.names.index(name), version, kind, reference, len(elements))
+    words.whole(*[symbols.number(f"fmi{version}{verb}{function}") for verb in ("Get", "Set")])
+    tunable = instance.fmu.variables[elements[0]].variability == "tunable"
+    words.whole(int(tunable and instance.event_mode))  # then it is set in event mode alone
+    known = len(elements) > 1 and kind < STRING
+    words.whole(int(known))
+    for element in elements if known else []:
+        value = instance.start_value(element)
+        if kind in (of.F8, of.F4):
+            words.real(float(value))
+        else:
+            words.whole(int(value))
+
+
+def _settable(variable: OuterVariable) -> Settable:
+    if variable.causality == "input":
+        return Settable.INPUT
+    if variable.causality == "parameter":
+        return Settable.ALWAYS if variable.variability == "tunable" else Settable.BEFORE_START
+    return Settable.BEFORE_START if variable.starts and variable.variability != "constant" else Settable.NEVER
+
+
+def _write_variable(words: Words, program: Program, variable: OuterVariable, wholes: _Wholes) -> None:
+    version = 3 if variable.type in TYPES[3] and variable.type not in ("Boolean", "Enumeration", "String") else 0
+    kind = _outer_type(variable.type, version)
+    on_bus = is_on_bus(variable, program)
+    words.text(variable.name)
+    words.whole(kind, _settable(variable), int(on_bus), len(variable.elements))
+    for i, element in enumerate(variable.elements):
+        start = variable.starts[i] if i < len(variable.starts) else 0.0
+        words.real(float(start) if on_bus and variable.causality == "input" else 0.0)
+        words.whole(len(element))
+        for target in element:
+            _write_target(words, program, variable, target, on_bus, wholes)
+
+
+def _outer_type(name: str, version: int) -> int:
+    """The type of an outer variable's values, as the host's functions move them; booleans of both versions are one."""
+    if name in ("String", "Binary"):
+        return STRING if name == "String" else BINARY
+    if name == "Boolean":
+        return of.BOOLEAN2
+    if name == "Enumeration":
+        return of.I8
+    return TYPES[3][name][1] if version == 3 else TYPES[2][name][1]
+
+
+def _write_target(
+    words: Words, program: Program, variable: OuterVariable, target: Target, on_bus: bool, wholes: _Wholes
+) -> None:
+    if on_bus:
+        is_input = variable.causality == "input"
+        place = program.signal_place(target.port) if is_input else program.place(target.port)
+        words.whole(place, 0)
+        scaled = (1.0, 0.0, ()) if is_input else (target.gain, target.offset, target.mapping)
+    else:
+        words.whole(*wholes.place(target.port))
+        scaled = (target.gain, target.offset, target.mapping)
+    gain, offset, mapping = scaled
+    words.real(gain, offset)
+    words.whole(len(mapping))
+    words.real(*[float(number) for pair in mapping for number in pair])

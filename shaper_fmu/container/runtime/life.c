@@ -1,0 +1,204 @@
+/* A container's life: from its instantiation through initialization to its end. */
+
+#include "container.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A container whose host is known, so that everything else can be said; null if there is not enough memory. It owns `resources`. */
+Container *new_container(const char *name, const char *token, char *resources) {
+    Container *const container = (Container *)calloc(1, sizeof *container);
+    char *const copy = (char *)malloc(strlen(name ? name : "") + 1);
+    if (!container || !copy) {
+        free(container);
+        free(copy);
+        free(resources);
+        return 0;
+    }
+    container->instance_name = strcpy(copy, name ? name : "");
+    container->given_token = token;
+    container->resources = resources;
+    container->name = "container";
+    container->phase = INSTANTIATED;
+    return container;
+}
+
+static Status prepare(Container *container) {
+    Status worst = OK;
+    for (size_t i = 0; i < container->inners && worst <= WARNING; i++) worst = prepare_inner(container, &container->inner[i]);
+    return worst;
+}
+
+/* Bring the loop's arrays, and what belongs to a run, to its beginning. */
+static void begin_anew(Container *container) {
+    read_fields(container, container->beginning);
+    container->control = container->fresh;
+    container->dirty = container->ready = container->waiting = container->discarded = container->terminated = 0;
+    container->entered = container->sloping = container->steering = 0;
+    container->step_status = OK;
+    container->tolerance_defined = container->stop_defined = 0;
+    container->phase = INSTANTIATED;
+    for (size_t i = 0; i < container->variables; i++)
+        for (size_t k = 0; container->variable[i].settable == INPUT && k < container->variable[i].slots; k++) {
+            Slot *const slot = &container->variable[i].slot[k];
+            slot->slope = 0.0;
+            for (size_t n = 0; container->variable[i].on_bus && n < slot->targets; n++)
+                container->system.bus.at[slot->target[n].place] = slot->start;
+        }
+    for (size_t i = 0; i < container->wholes; i++) container->whole[i].waiting = 0;
+}
+
+/* Read the system, and make all instances; 0 if that fails, which is said. */
+int begin_container(Container *container) {
+    char *const path = container->resources ? joined(container->resources, "container/system.bin") : 0;
+    if (!path) {
+        refuse(container, ERROR, "%s: the host tells no resources, and there are none beside this library", container->name);
+        return 0;
+    }
+    int done = read_system(container, path);
+    free(path);
+    if (!done) return 0;
+    if (!*container->instance_name) {
+        refuse(container, ERROR, "%s: an instance needs a name", container->name);
+        return 0;
+    }
+    if (!container->given_token || strcmp(container->given_token, container->token)) {
+        refuse(container, ERROR, "%s: the token %s is not that of its resources, %s: they do not belong to this description",
+               container->name, container->given_token ? container->given_token : "(null)", container->token);
+        return 0;
+    }
+    for (size_t i = 0; i < container->inners; i++)
+        if (!instantiate_inner(container, &container->inner[i])) return 0;
+    put_handles(container);
+    container->control = container->fresh;
+    container->beginning = (unsigned char *)take(container, fields_size(container), 1);
+    if (!container->beginning) return 0;
+    write_fields(container, container->beginning);
+    begin_anew(container);
+    return prepare(container) <= WARNING;
+}
+
+void free_container(Container *container) {
+    int lost = 0;
+    for (size_t i = 0; i < container->inners; i++) lost |= container->inner[i].failed;
+    for (size_t i = container->inners; i-- > 0;) {
+        container->inner[i].failed |= lost; /* FMI allows no call of any instance of an FMU that has failed beyond repair */
+        if (!lost) free_inner(&container->inner[i]);
+    }
+    for (size_t i = 0; i < container->takings; i++) free(container->taken[i]);
+    free(container->taken);
+    free(container->resources);
+    free(container->instance_name);
+    free(container);
+}
+
+static const char *phase_name(Phase phase) {
+    switch (phase) {
+    case INSTANTIATED: return "before initialization";
+    case INITIALIZING: return "during initialization";
+    case STEPPING: return "between steps";
+    case EVENT: return "in event mode";
+    case TERMINATED: return "after termination";
+    case LOST: return "after a fatal error";
+    default: return "after an error";
+    }
+}
+
+/* Whether the function may be called now; if not, says so. */
+int allowed(Container *container, const char *function, int phases) {
+    if (!container) return 0;
+    if (container->phase & phases) return 1;
+    refuse(container, ERROR, "%s: %s cannot be called %s", container->name, function, phase_name(container->phase));
+    return 0;
+}
+
+/* After a call that has failed. */
+Status broken(Container *container, Status status) {
+    if (status == FATAL)
+        container->phase = LOST;
+    else if (status == ERROR)
+        container->phase = FAILED;
+    return status;
+}
+
+Status set_start(Container *container, double start, int stop_defined, double stop, int tolerance_defined, double tolerance) {
+    if (!isfinite(start))
+        return refuse(container, ERROR, "%s: the start time %g is not a finite number", container->name, start);
+    if (stop_defined && !(stop >= start))
+        return refuse(container, ERROR, "%s: the stop time %.15g s is before the start time %.15g s", container->name, stop, start);
+    container->control.start = container->control.t = container->control.smooth_from = start;
+    container->control.stop = stop_defined ? stop : start;
+    container->stop_defined = stop_defined;
+    container->stop = stop_defined ? stop : 0.0;
+    container->tolerance_defined = tolerance_defined && tolerance > 0.0;
+    container->tolerance = tolerance;
+    return OK;
+}
+
+/* Bring outputs to inputs, once more if some have changed meanwhile. */
+Status initialize_again(Container *container) {
+    container->dirty = 0;
+    return loop_initialize(&container->system, &container->control, container->control.t) ? OK : tell_fault(container);
+}
+
+Status enter_initialization(Container *container) {
+    container->phase = INITIALIZING;
+    container->control.steps = container->control.done = 0;
+    container->control.stop = container->stop_defined ? container->stop : container->control.start;
+    for (size_t i = 0; i < container->inners; i++) {
+        const Status status = set_up_inner(container, &container->inner[i]);
+        if (status > WARNING) return broken(container, status);
+    }
+    return broken(container, initialize_again(container));
+}
+
+/* Leave initialization mode. No instance gets its inputs for the first step here, since the host may still give others. */
+static Status exit_all(Container *container) {
+    Control *const control = &container->control;
+    const System *const system = &container->system;
+    int in_event_mode = 0;
+    if (container->dirty && initialize_again(container) > WARNING) return ERROR;
+    if (system->clocks.count && !loop_start_clocks(system, control)) return tell_fault(container);
+    for (size_t i = 0; i < container->inners; i++) {
+        Inner *const inner = &container->inner[i];
+        in_event_mode |= inner->event_mode;
+        const Status status =
+            call_inner(container, inner, inner->version == 2 ? "fmi2ExitInitializationMode" : "fmi3ExitInitializationMode");
+        if (status > WARNING) return status;
+    }
+    const int exchange = control->exchange;
+    control->exchange = 0;
+    const int begun = loop_begin(system, control, control->t, in_event_mode);
+    control->exchange = exchange;
+    return begun ? OK : tell_fault(container);
+}
+
+Status exit_initialization(Container *container) {
+    const Status status = exit_all(container);
+    if (status > WARNING) return broken(container, status);
+    container->phase = container->event_mode ? EVENT : STEPPING;
+    return OK;
+}
+
+Status terminate(Container *container) {
+    Status worst = OK;
+    for (size_t i = 0; i < container->inners; i++) {
+        Inner *const inner = &container->inner[i];
+        const Status status = call_inner(container, inner, inner->version == 2 ? "fmi2Terminate" : "fmi3Terminate");
+        if (status > worst) worst = status;
+    }
+    if (worst > WARNING) return broken(container, worst);
+    container->phase = TERMINATED;
+    return worst;
+}
+
+Status reset(Container *container) {
+    for (size_t i = 0; i < container->inners; i++) {
+        Inner *const inner = &container->inner[i];
+        const Status status = call_inner(container, inner, inner->version == 2 ? "fmi2Reset" : "fmi3Reset");
+        if (status > WARNING) return broken(container, status);
+    }
+    begin_anew(container);
+    return broken(container, prepare(container));
+}

@@ -1,0 +1,106 @@
+/* A container's steps: the loop goes from the host's communication point to the next one, and ends its own steps at all events. */
+
+#include "container.h"
+
+#include <math.h>
+
+#define MOST_STEPS ((int64_t)1 << 40)
+
+/* How close two times are the same [s]: the loop's function of this name. */
+static double time_rounding(double t, double h) { return 1e-9 * h + 64.0 * 2.220446049250313e-16 * fabs(t); }
+
+/* How many inner steps a step takes. */
+static int64_t inner_steps(const Container *container, double h) {
+    if (!(container->longest > 0.0)) return 1;
+    const double steps = ceil(h / container->longest * (1.0 - 1e-12) - 1e-9);
+    return steps < 1.0 ? 1 : steps < (double)MOST_STEPS ? (int64_t)steps : MOST_STEPS;
+}
+
+static Status check_step(Container *container, double t, double h) {
+    Control *const control = &container->control;
+    if (container->discarded)
+        return refuse(container, ERROR, "%s: an FMU inside has refused a step, and has to be set back to a saved state", container->name);
+    if (!isfinite(t) || !isfinite(h) || !(h > 0.0))
+        return refuse(container, ERROR, "%s: cannot step from %.15g s by %.15g s", container->name, t, h);
+    if (fabs(t - control->t) > time_rounding(t, h))
+        return refuse(container, ERROR, "%s: cannot step from %.15g s: the last step ended at %.15g s", container->name, t, control->t);
+    if (!(t + h > t))
+        return refuse(container, ERROR, "%s: a step of %g s is too short for times of %g s", container->name, h, t);
+    if (control->smooth_from == control->t) control->smooth_from = t;
+    control->t = t;
+    return OK;
+}
+
+/* What the loop could not do. Only the request to end the simulation is no error. */
+static Status stopped(Container *container) {
+    const int fault = container->control.fault, status = container->control.fault_status;
+    const Status found = tell_fault(container);
+    container->ready = 0;
+    if (fault == FAULT_TERMINATED) {
+        container->terminated = 1;
+        return DISCARD;
+    }
+    if (fault == FAULT_CALL_FAILED && status == DISCARD) container->discarded = 1;
+    return found;
+}
+
+/* Begin a step: what waits is handled, and the instances get their inputs. */
+static int begin_step(Container *container, double h) {
+    const System *const system = &container->system;
+    Control *const control = &container->control;
+    if (control->paused && !loop_handle_event(system, control, 0)) return 0; /* the host has not done it */
+    if (container->waiting) {
+        if (!loop_enter_event_mode(system, control) || set_waiting(container) > WARNING || !loop_handle_event(system, control, 1))
+            return 0;
+        container->ready = 0;
+    }
+    const int anew = container->dirty || !container->ready;
+    container->dirty = 0;
+    return loop_go_on(system, control, h, inner_steps(container, h), anew);
+}
+
+Status advance(Container *container, double t, double h, int no_going_back) {
+    Control *const control = &container->control;
+    const Status checked = check_step(container, t, h);
+    if (checked) return checked;
+    control->warnings = 0;
+    control->fault = FAULT_NO_FAULT;
+    control->room = INT64_MAX;
+    control->rows = 0;
+    control->unrecorded = 1;
+    control->returning = !no_going_back;
+    control->pausing = container->event_mode ? (container->early_return ? 2 : 1) : 0;
+    if (!begin_step(container, h)) return control->fault ? stopped(container) : ERROR;
+    container->ready = 0; /* the end of the run sets what passes through alone */
+    for (int answer = ANSWER_GOING_ON; answer == ANSWER_GOING_ON;) {
+        answer = container->steering ? run_with_slopes(container) : loop_run(&container->system, control, INT64_MAX);
+        if (answer == ANSWER_FAULT) return control->fault ? stopped(container) : ERROR;
+    }
+    return control->warnings ? WARNING : OK;
+}
+
+/* Handle the event at which the host is: what has happened inside, and new values from outside. */
+Status update_events(Container *container, double *next) {
+    const System *const system = &container->system;
+    Control *const control = &container->control;
+    control->fault = FAULT_NO_FAULT;
+    if (container->waiting) {
+        if (!loop_enter_event_mode(system, control)) return tell_fault(container);
+        if (set_waiting(container) > WARNING) return ERROR;
+        if (!loop_handle_event(system, control, 1)) return tell_fault(container);
+    } else if (control->paused || container->dirty) {
+        if (!loop_handle_event(system, control, 0)) return tell_fault(container);
+    }
+    container->dirty = 0;
+    container->ready = 0;
+    *next = loop_next_event(system, control);
+    return OK;
+}
+
+/* Bring inputs to what follows them at once, so that outputs can be read. */
+Status look_through(Container *container) {
+    if (container->phase == INITIALIZING) return container->dirty ? initialize_again(container) : OK;
+    if (!container->dirty || !(container->phase & (STEPPING | EVENT))) return OK;
+    container->ready = 0;
+    return loop_look_through(&container->system, &container->control) ? OK : tell_fault(container);
+}

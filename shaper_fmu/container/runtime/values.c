@@ -1,0 +1,364 @@
+/* Values of outer variables: inputs and outputs on the loop's bus, and what calls of the FMUs inside set and read. */
+
+#include "container.h"
+
+#include "fmi.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int is_real(int type) { return type == TYPE_F8 || type == TYPE_F4; }
+static int is_boolean(int type) { return type == TYPE_BOOLEAN2 || type == TYPE_BOOLEAN3; }
+
+/* How many bytes a value has in the host's arrays, and in those of the FMUs inside. */
+static size_t size_of(int type) {
+    switch (type) {
+    case TYPE_F8: case TYPE_I8: case TYPE_U8: return 8;
+    case TYPE_I2: case TYPE_U2: return 2;
+    case TYPE_I1: case TYPE_U1: case TYPE_BOOLEAN3: return 1;
+    case TYPE_STRING: case TYPE_BINARY: return sizeof(char *);
+    default: return 4;
+    }
+}
+
+/* A number of any type: exact, whatever its size. `sign`: whether it is in `whole`, or, without a sign, in `natural`. */
+typedef struct {
+    enum { A_REAL, A_WHOLE, A_NATURAL } kind;
+    double real;
+    int64_t whole;
+    uint64_t natural;
+} Number;
+
+#define WHOLE(TYPE) do { TYPE found; memcpy(&found, at, sizeof found); number.kind = A_WHOLE; number.whole = (int64_t)found; } while (0)
+#define NATURAL(TYPE) do { TYPE found; memcpy(&found, at, sizeof found); number.kind = A_NATURAL; number.natural = (uint64_t)found; } while (0)
+
+static Number number_at(int type, const unsigned char *at) {
+    Number number = {A_REAL, 0.0, 0, 0};
+    float single;
+    switch (type) {
+    case TYPE_F8: memcpy(&number.real, at, 8); break;
+    case TYPE_F4:
+        memcpy(&single, at, 4);
+        number.real = (double)single;
+        break;
+    case TYPE_I1: WHOLE(int8_t); break;
+    case TYPE_I2: WHOLE(int16_t); break;
+    case TYPE_I4: WHOLE(int32_t); break;
+    case TYPE_I8: WHOLE(int64_t); break;
+    case TYPE_U1: NATURAL(uint8_t); break;
+    case TYPE_U2: NATURAL(uint16_t); break;
+    case TYPE_U4: NATURAL(uint32_t); break;
+    case TYPE_U8: NATURAL(uint64_t); break;
+    case TYPE_BOOLEAN3:
+        NATURAL(uint8_t);
+        number.natural = number.natural != 0;
+        break;
+    default:
+        WHOLE(int32_t);
+        number.whole = number.whole != 0;
+    }
+    return number;
+}
+
+static double as_real(Number number) {
+    return number.kind == A_REAL ? number.real : number.kind == A_WHOLE ? (double)number.whole : (double)number.natural;
+}
+
+/* A real number that is whole as one; 0 in *fits if it is none. */
+static Number rounded(double value, int *fits) {
+    Number number = {A_WHOLE, 0.0, 0, 0};
+    const double whole = floor(value + 0.5);
+    *fits = whole >= -0x1p63 && whole < 0x1p64;
+    if (*fits && whole >= 0x1p63) {
+        number.kind = A_NATURAL;
+        number.natural = (uint64_t)whole;
+    } else if (*fits)
+        number.whole = (int64_t)whole;
+    return number;
+}
+
+static int fits_between(Number number, int64_t least, uint64_t most) {
+    if (number.kind == A_WHOLE && number.whole < 0) return number.whole >= least;
+    return (number.kind == A_WHOLE ? (uint64_t)number.whole : number.natural) <= most;
+}
+
+#define PUT(TYPE) do { const TYPE put = (TYPE)bits; memcpy(at, &put, sizeof put); } while (0)
+
+/* Write a number in a type; 0 if it does not fit. */
+static int put_number(int type, unsigned char *at, Number number) {
+    int fits = 1;
+    if (is_real(type)) {
+        const double real = as_real(number);
+        const float single = (float)real;
+        if (type == TYPE_F8)
+            memcpy(at, &real, 8);
+        else
+            memcpy(at, &single, 4);
+        return type == TYPE_F8 || !isfinite(real) || fabs(real) <= FLT_MAX;
+    }
+    if (number.kind == A_REAL) number = rounded(number.real, &fits);
+    if (!fits) return 0;
+    const uint64_t bits = number.kind == A_WHOLE ? (uint64_t)number.whole : number.natural;
+    switch (type) {
+    case TYPE_I1: fits = fits_between(number, INT8_MIN, INT8_MAX); PUT(int8_t); break;
+    case TYPE_I2: fits = fits_between(number, INT16_MIN, INT16_MAX); PUT(int16_t); break;
+    case TYPE_I4: fits = fits_between(number, INT32_MIN, INT32_MAX); PUT(int32_t); break;
+    case TYPE_I8: fits = fits_between(number, INT64_MIN, INT64_MAX); PUT(int64_t); break;
+    case TYPE_U1: fits = fits_between(number, 0, UINT8_MAX); PUT(uint8_t); break;
+    case TYPE_U2: fits = fits_between(number, 0, UINT16_MAX); PUT(uint16_t); break;
+    case TYPE_U4: fits = fits_between(number, 0, UINT32_MAX); PUT(uint32_t); break;
+    case TYPE_U8: fits = fits_between(number, 0, UINT64_MAX); PUT(uint64_t); break;
+    case TYPE_BOOLEAN3: {
+        const uint8_t truth = bits != 0;
+        memcpy(at, &truth, 1);
+        break;
+    }
+    default: {
+        const int32_t truth = bits != 0;
+        memcpy(at, &truth, 4);
+    }
+    }
+    return fits;
+}
+
+/* What a number becomes on the way between outside and inside. */
+static Number converted(const Target *target, Number number) {
+    for (size_t i = 0; i < target->mapped; i++)
+        if (target->mapping[2 * i] == as_real(number)) {
+            const Number found = {A_REAL, target->mapping[2 * i + 1], 0, 0};
+            return found;
+        }
+    if (target->gain == 1.0 && target->offset == 0.0) return number;
+    const Number scaled = {A_REAL, target->gain * as_real(number) + target->offset, 0, 0};
+    return scaled;
+}
+
+/* Whether a host's function moves variables of this type: fmi2Integer moves enumerations, too, as fmi3Int64 does. */
+static int moves(int fmi, int type, int of_variable) {
+    if (is_boolean(type)) return is_boolean(of_variable);
+    if (fmi == FOR_FMI2 && type == TYPE_I4) return of_variable == TYPE_I4 || of_variable == TYPE_I8;
+    return type == of_variable;
+}
+
+/* The variable of a value reference, if the function moves it; else null, and says so. The last reference is that of the time. */
+static Variable *find(Container *container, const char *function, int fmi, int type, uint32_t reference) {
+    if (reference >= container->variables) {
+        refuse(container, ERROR, "%s: %s: there is no variable with the value reference %lu", container->name, function,
+               (unsigned long)reference);
+        return 0;
+    }
+    Variable *const variable = &container->variable[reference];
+    if (moves(fmi, type, variable->type)) return variable;
+    refuse(container, ERROR, "%s: %s: %s is of another type", container->name, function, variable->name);
+    return 0;
+}
+
+static int is_time(const Container *container, int fmi, int type, uint32_t reference) {
+    return fmi == FOR_FMI3 && type == TYPE_F8 && reference == container->variables;
+}
+
+/* Whether the values are as many as the variables have elements; if not, says so. */
+static int check(Container *container, const char *function, int fmi, int type, const uint32_t *references, size_t count,
+                 const void *values, size_t value_count, int with_time) {
+    size_t needed = 0;
+    if (count && (!references || !values)) {
+        refuse(container, ERROR, "%s: %s: a pointer is null", container->name, function);
+        return 0;
+    }
+    for (size_t i = 0; i < count; i++) {
+        const Variable *variable = 0;
+        if (!(with_time && is_time(container, fmi, type, references[i])) &&
+            !(variable = find(container, function, fmi, type, references[i])))
+            return 0;
+        needed += variable ? variable->slots : 1;
+    }
+    if (needed == value_count) return 1;
+    refuse(container, ERROR, "%s: %s: the variables have %lu elements, but there are %lu values", container->name, function,
+           (unsigned long)needed, (unsigned long)value_count);
+    return 0;
+}
+
+static int may_be_set(Container *container, const char *function, const Variable *variable) {
+    const int before = container->phase & (INSTANTIATED | INITIALIZING);
+    if (variable->settable == ALWAYS || variable->settable == INPUT || (variable->settable == BEFORE_START && before)) return 1;
+    refuse(container, ERROR, "%s: %s: %s %s", container->name, function, variable->name,
+           variable->settable == NEVER ? "cannot be set" : "cannot be set after initialization");
+    return 0;
+}
+
+/* Have an FMU inside take what waits for it. */
+static Status set_whole(Container *container, Whole *whole) {
+    Inner *const inner = &container->inner[whole->inner];
+    whole->waiting = 0;
+    if (!whole->set)
+        return refuse(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->set_name);
+    const int status = inner->version == 2 ? ((Fmi2Transfer *)whole->set)(inner->handle, &whole->reference, 1, whole->values)
+                                           : ((Fmi3Transfer *)whole->set)(inner->handle, &whole->reference, 1, whole->values, whole->length);
+    return judge_call(container, inner, whole->set_name, status);
+}
+
+Status set_waiting(Container *container) {
+    Status worst = OK;
+    container->waiting = 0;
+    for (size_t i = 0; i < container->wholes; i++) {
+        if (!container->whole[i].waiting) continue;
+        const Status status = set_whole(container, &container->whole[i]);
+        if (status > worst) worst = status;
+    }
+    return worst;
+}
+
+static Status read_whole(Container *container, Whole *whole) {
+    Inner *const inner = &container->inner[whole->inner];
+    if (!whole->get)
+        return refuse(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->get_name);
+    const int status = inner->version == 2 ? ((Fmi2Transfer *)whole->get)(inner->handle, &whole->reference, 1, whole->values)
+                                           : ((Fmi3Transfer *)whole->get)(inner->handle, &whole->reference, 1, whole->values, whole->length);
+    return judge_call(container, inner, whole->get_name, status);
+}
+
+/* Put a value where it belongs; of a whole it is set later, with all others. */
+static Status put(Container *container, const Variable *variable, const Slot *slot, int type, const unsigned char *value) {
+    for (size_t i = 0; i < slot->targets; i++) {
+        const Target *const target = &slot->target[i];
+        if (variable->on_bus) {
+            const double given = as_real(number_at(type, value));
+            double *const place = &container->system.bus.at[target->place];
+            container->dirty |= memcmp(place, &given, sizeof given) != 0;
+            *place = given;
+            continue;
+        }
+        Whole *const whole = &container->whole[target->place];
+        unsigned char *const at = (unsigned char *)whole->values + (size_t)target->element * size_of(whole->type);
+        if (!put_number(whole->type, at, converted(target, number_at(type, value))))
+            return refuse(container, ERROR, "%s: the value of %s does not fit into its type", container->name, variable->name);
+        whole->waiting = 1;
+    }
+    return OK;
+}
+
+/* Have the FMUs take what has been put; in the modes in which FMI allows it, or at the next event. */
+static Status flush(Container *container, const Variable *variable) {
+    Status worst = OK;
+    for (size_t k = 0; k < variable->slots; k++)
+        for (size_t i = 0; i < variable->slot[k].targets; i++) {
+            Whole *const whole = &container->whole[variable->slot[k].target[i].place];
+            if (!whole->waiting) continue;
+            if (whole->in_event_mode && container->phase & (STEPPING | EVENT)) {
+                container->waiting = 1;
+                continue;
+            }
+            const Status status = set_whole(container, whole);
+            if (status > worst) worst = status;
+        }
+    if (container->phase == INITIALIZING) container->dirty = 1;
+    return worst;
+}
+
+/* Texts, and FMI 3.0's binaries, go through as they are. */
+static Status pass_in(Container *container, const Variable *variable, const void *values, const size_t *sizes) {
+    Status worst = OK;
+    for (size_t i = 0; i < variable->slot[0].targets; i++) {
+        Whole *const whole = &container->whole[variable->slot[0].target[i].place];
+        Inner *const inner = &container->inner[whole->inner];
+        if (whole->length != variable->slots)
+            return refuse(container, ERROR, "%s: %s is a part of an array of texts, which is set as a whole", container->name,
+                          variable->name);
+        typedef int SetBinary(void *, const uint32_t *, size_t, const size_t *, const void *, size_t);
+        if (!whole->set)
+            return refuse(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->set_name);
+        int status;
+        if (whole->type == TYPE_BINARY)
+            status = ((SetBinary *)whole->set)(inner->handle, &whole->reference, 1, sizes, values, whole->length);
+        else if (inner->version == 2)
+            status = ((Fmi2Transfer *)whole->set)(inner->handle, &whole->reference, 1, (void *)values);
+        else
+            status = ((Fmi3Transfer *)whole->set)(inner->handle, &whole->reference, 1, (void *)values, whole->length);
+        const Status judged = judge_call(container, inner, whole->set_name, status);
+        if (judged > worst) worst = judged;
+    }
+    return worst;
+}
+
+static Status pass_out(Container *container, const Variable *variable, void *values, size_t *sizes) {
+    typedef int GetBinary(void *, const uint32_t *, size_t, size_t *, void *, size_t);
+    Whole *const whole = &container->whole[variable->slot[0].target[0].place];
+    Inner *const inner = &container->inner[whole->inner];
+    if (whole->type != TYPE_BINARY) {
+        const Status status = read_whole(container, whole);
+        for (size_t k = 0; k < variable->slots && status <= WARNING; k++)
+            ((const char **)values)[k] = ((const char *const *)whole->values)[variable->slot[k].target[0].element];
+        return status;
+    }
+    if (!whole->get)
+        return refuse(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->get_name);
+    const int status = ((GetBinary *)whole->get)(inner->handle, &whole->reference, 1, sizes, values, whole->length);
+    return judge_call(container, inner, whole->get_name, status);
+}
+
+Status set_variables(Container *container, const char *function, int fmi, int type, const uint32_t *references, size_t count,
+                     const void *values, const size_t *sizes, size_t value_count) {
+    if (!check(container, function, fmi, type, references, count, values, value_count, 0)) return ERROR;
+    for (size_t i = 0; i < count; i++)
+        if (!may_be_set(container, function, &container->variable[references[i]])) return ERROR;
+    Status worst = OK;
+    const unsigned char *at = (const unsigned char *)values;
+    for (size_t i = 0; i < count && worst <= WARNING; i++) {
+        const Variable *const variable = &container->variable[references[i]];
+        Status status = OK;
+        if (type >= TYPE_STRING)
+            status = pass_in(container, variable, at, sizes);
+        else
+            for (size_t k = 0; k < variable->slots && status <= WARNING; k++)
+                status = put(container, variable, &variable->slot[k], type, at + k * size_of(type));
+        if (type < TYPE_STRING && !variable->on_bus && status <= WARNING) status = flush(container, variable);
+        at += variable->slots * size_of(type);
+        if (sizes) sizes += variable->slots;
+        if (status > worst) worst = status;
+    }
+    return worst;
+}
+
+/* Read the elements of a variable. */
+static Status get(Container *container, const char *function, const Variable *variable, int type, unsigned char *values) {
+    int last = -1;
+    for (size_t k = 0; k < variable->slots; k++) {
+        const Target *const target = &variable->slot[k].target[0];
+        Number number = {A_REAL, 0.0, 0, 0};
+        if (variable->on_bus)
+            number.real = container->system.bus.at[target->place];
+        else {
+            Whole *const whole = &container->whole[target->place];
+            const Status status = target->place == last || whole->waiting ? OK : read_whole(container, whole);
+            if (status > WARNING) return status;
+            last = target->place;
+            number = number_at(whole->type, (unsigned char *)whole->values + (size_t)target->element * size_of(whole->type));
+        }
+        if (variable->settable != INPUT || !variable->on_bus) number = converted(target, number);
+        if (!put_number(type, values + k * size_of(type), number))
+            return refuse(container, ERROR, "%s: %s: the value of %s does not fit into its type", container->name, function, variable->name);
+    }
+    return OK;
+}
+
+Status get_variables(Container *container, const char *function, int fmi, int type, const uint32_t *references, size_t count,
+                     void *values, size_t *sizes, size_t value_count) {
+    if (!check(container, function, fmi, type, references, count, values, value_count, 1)) return ERROR;
+    Status worst = container->dirty ? look_through(container) : OK;
+    unsigned char *at = (unsigned char *)values;
+    for (size_t i = 0; i < count && worst <= WARNING; i++) {
+        if (is_time(container, fmi, type, references[i])) {
+            memcpy(at, &container->control.t, 8);
+            at += 8;
+            continue;
+        }
+        const Variable *const variable = &container->variable[references[i]];
+        const Status status = type >= TYPE_STRING ? pass_out(container, variable, at, sizes) : get(container, function, variable, type, at);
+        at += variable->slots * size_of(type);
+        if (sizes) sizes += variable->slots;
+        if (status > worst) worst = status;
+    }
+    return worst;
+}
