@@ -23,6 +23,13 @@ STRING, BINARY = 12, 13
 """Types of values that the loop does not move; the others have the numbers of layout_numbers.ValueType."""
 
 
+_TYPES_OUTSIDE: dict[str, int] = {
+    **{name: kind for version in (3, 2) for name, (_, kind) in TYPES[version].items()},
+    "Enumeration": of.I8, "Boolean": of.BOOLEAN2, "String": STRING, "Binary": BINARY,
+}  # fmt: skip
+"""Types of outer variables; enumerations and booleans of FMI 2.0 and 3.0 are one here."""
+
+
 class Settable(IntEnum):
     """When an outer variable may be set."""
 
@@ -54,13 +61,7 @@ def write_variables(words: Words, program: Program, variables: Sequence[OuterVar
     for name, reference, elements in wholes.rows:
         _write_whole(words, program, name, reference, elements, symbols)
     words.whole(len(variables))
-    words.array(_as_array(body))
-
-
-def _as_array(body: Words) -> Any:
-    import numpy as np
-
-    return np.frombuffer(body.content(), "<u8")
+    words.append(body)
 
 
 class _Wholes:
@@ -116,8 +117,7 @@ def _settable(variable: OuterVariable) -> Settable:
 
 
 def _write_variable(words: Words, program: Program, variable: OuterVariable, wholes: _Wholes) -> None:
-    version = 3 if variable.type in TYPES[3] and variable.type not in ("Boolean", "Enumeration", "String") else 0
-    kind = _outer_type(variable.type, version)
+    kind = _TYPES_OUTSIDE[variable.type]
     on_bus = is_on_bus(variable, program)
     words.text(variable.name)
     words.whole(kind, _settable(variable), int(on_bus), len(variable.elements))
@@ -127,17 +127,7 @@ def _write_variable(words: Words, program: Program, variable: OuterVariable, who
         words.whole(len(element))
         for target in element:
             _write_target(words, program, variable, target, on_bus, wholes)
-
-
-def _outer_type(name: str, version: int) -> int:
-    """The type of an outer variable's values, as the host's functions move them; booleans of both versions are one."""
-    if name in ("String", "Binary"):
-        return STRING if name == "String" else BINARY
-    if name == "Boolean":
-        return of.BOOLEAN2
-    if name == "Enumeration":
-        return of.I8
-    return TYPES[3][name][1] if version == 3 else TYPES[2][name][1]
+        _write_steered(words, program, element if on_bus and kind == of.F8 and variable.causality == "input" else ())
 
 
 def _write_target(
@@ -155,3 +145,17 @@ def _write_target(
     words.real(gain, offset)
     words.whole(len(mapping))
     words.real(*[float(number) for pair in mapping for number in pair])
+
+
+def steered(program: Program, element: Sequence[Target]) -> list[Target]:
+    """What an input stands for inside that takes its time derivative."""
+    return [target for target in element if program.instances[target.port[0]].takes_input_derivatives]
+
+
+def _write_steered(words: Words, program: Program, element: Sequence[Target]) -> None:
+    chosen = steered(program, element)
+    words.whole(len(chosen))
+    for target in chosen:
+        name, variable = target.port
+        words.whole(program.names.index(name), program.instances[name].fmu.variables[variable].valueReference)
+        words.real(target.gain)

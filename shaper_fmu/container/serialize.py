@@ -6,6 +6,7 @@ The order of everything is that in which runtime/file.c reads it.
 from __future__ import annotations
 
 import bisect
+import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -24,6 +25,7 @@ from shaper_fmu.master.program import Program
 from shaper_fmu.master.transfer_writer import TYPES
 from shaper_fmu.records import numpy_type
 
+_MARK = int.from_bytes(b"SHAPER01", "big")
 _CONFIGURATION, _INSTANTIATED, _INITIALIZATION = range(3)
 
 
@@ -46,7 +48,7 @@ def system_file(
 ) -> bytes:
     """The file's content. `folders`: of the instances' FMUs, below the resources; `control` at the start of a run."""
     words, symbols = Words(), _symbols_of(program)
-    words.whole(layout_digest())
+    words.whole(_MARK, layout_digest())
     words.text(identity.name)
     words.text(identity.token)
     words.real(identity.step)
@@ -59,7 +61,16 @@ def system_file(
     write_variables(body, program, variables, symbols)
     words.texts(symbols.names)  # which the body has made complete
     words.whole(len(program.names))
-    return words.content() + body.content()
+    content = words.content() + body.content()
+    return content + struct.pack("<Q", checksum(content))
+
+
+def checksum(content: bytes) -> int:
+    """FNV-1a, word by word."""
+    found = 0xCBF29CE484222325
+    for (word,) in struct.iter_unpack("<Q", content):
+        found = (found ^ word) * 0x100000001B3 % (1 << 64)
+    return found
 
 
 def _symbols_of(program: Program) -> Symbols:
@@ -76,7 +87,8 @@ def _write_instance(words: Words, program: Program, name: str, folder: str, symb
     words.text(folder)
     words.text(str(capabilities.modelIdentifier))
     words.text(str((fmu.description.instantiationToken if fmu.version == 3 else fmu.description.guid) or ""))
-    words.whole(fmu.version, int(instance.event_mode), int(instance.returns_early))
+    events_logged = any(category.name == "logEvents" for category in fmu.description.logCategories)
+    words.whole(fmu.version, int(instance.event_mode), int(instance.returns_early), int(events_logged))
     values = program.system.start_values[name]
     clocked = {key: value for key, value in values.items() if is_clocked(fmu, key)}
     others = {key: value for key, value in values.items() if key not in clocked}

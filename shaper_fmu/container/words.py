@@ -42,6 +42,10 @@ class Words:
         """Add an array of 64-bit numbers."""
         self._parts.append(np.ascontiguousarray(words).astype("<u8").tobytes())
 
+    def append(self, other: Words) -> None:
+        """Add another file's content."""
+        self._parts += other._parts
+
     def content(self) -> bytes:
         """The file's content."""
         return b"".join(self._parts)

@@ -7,6 +7,8 @@
 #ifndef CONTAINER_H
 #define CONTAINER_H
 
+/* The loop is a part of this library: none of its functions is seen outside. */
+#define LOOP_API
 #include "loop.h"
 
 #include "fmi2FunctionTypes.h"

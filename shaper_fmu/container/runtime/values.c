@@ -156,7 +156,7 @@ static Variable *find(Container *container, const char *function, int fmi, int t
 }
 
 static int is_time(const Container *container, int fmi, int type, uint32_t reference) {
-    return fmi == FOR_FMI3 && type == TYPE_F8 && reference == container->variables;
+    return fmi && type == TYPE_F8 && reference == container->variables;
 }
 
 /* Whether the values are as many as the variables have elements; if not, says so. */
