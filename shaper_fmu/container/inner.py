@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import re
 
 from fmpy.model_description import ModelVariable
 
+from shaper_fmu.container.declared import declared_of
 from shaper_fmu.container.outside import OuterVariable, Value
 from shaper_fmu.errors import ModelError
-from shaper_fmu.master.description import declared_variables
 from shaper_fmu.master.fmu import STRUCTURAL, Fmu
 from shaper_fmu.master.variables import items_of, kind_of, own_start
 
@@ -88,21 +87,14 @@ def inner_starts(fmu: Fmu, whole: ModelVariable, names: list[str]) -> list[Value
 def _texts(fmu: Fmu, variable: ModelVariable, count: int, kind: str) -> list[Value | None]:
     """The start values of a variable's elements, or of the array that an element is of."""
     name = str((variable.alias or variable).name)
-    attributes, texts = declared(fmu).get(name) or declared(fmu).get(name.rpartition("[")[0], ({}, []))
-    if fmu.version < 3:
-        texts = [attributes["start"]] if "start" in attributes else []
+    declared = declared_of(fmu).variable(name)
+    texts = declared.starts if fmu.version == 3 else [declared.attributes[key] for key in ("start",) if key in declared.attributes]
     texts = texts * count if len(texts) == 1 else texts
     try:
         values: list[Value | None] = [bytes.fromhex(text) if kind == "binary" else text for text in texts]
     except ValueError:
         raise ModelError([f"{fmu.name}: the start value of {name} is not made of hexadecimal digits"]) from None
     return [values[i] if i < len(values) else None for i in range(count)]
-
-
-@functools.lru_cache(maxsize=256)
-def declared(fmu: Fmu) -> dict[str, tuple[dict[str, str], list[str]]]:
-    """What an FMU's file declares of its variables (see `declared_variables`)."""
-    return declared_variables((fmu.folder / "modelDescription.xml").read_bytes(), fmu.name)
 
 
 def zero(variable: ModelVariable) -> Value:

@@ -25,6 +25,8 @@ from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.variables import kind_of
 from shaper_fmu.master.wiring import Port
 
+SET = ("input", "parameter")
+"""Causalities whose values come from outside, so that their other names (aliases) are no variables of their own."""
 _MORE = ("parameter", "calculatedParameter", "local")
 """Causalities that `expose` shows by a name with `*`."""
 Through = Mapping[Port, Port]
@@ -61,11 +63,11 @@ def not_shown(system: SystemStructure, fmi: int) -> list[str]:
 
 
 def _all(system: SystemStructure, fmi: int, causality: str) -> Iterator[OuterVariable]:
-    """All free inputs, or all outputs, that this version of FMI can show; inputs that are another one's alias are left out."""
+    """All free inputs, or all outputs, that this version of FMI can show; an input's other names are shown with it in FMI 3.0."""
     for instance, variable in _whole(system, causality):
         if kind_of(variable) == "clock" or (kind_of(variable) == "binary" and fmi == 2):
             continue
-        if variable.alias is not None and (causality == "input" or fmi == 3):  # FMI 3.0 shows it with the other variable
+        if variable.alias is not None and causality == "input":
             continue
         yield from shown(system, instance, variable, fmi)
 
@@ -207,7 +209,7 @@ def _matching(system: SystemStructure, name: str) -> list[tuple[str, ModelVariab
         (instance, variable)
         for causality in _MORE
         for instance, variable in _whole(system, causality)
-        if kind_of(variable) not in ("clock", "binary") and variable.alias is None
+        if kind_of(variable) not in ("clock", "binary") and (variable.alias is None or causality not in SET)
     ]
     found = [(instance, variable) for instance, variable in candidates if pattern.fullmatch(f"{instance}.{variable.name}")]
     if not found:

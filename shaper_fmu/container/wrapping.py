@@ -5,13 +5,12 @@ from __future__ import annotations
 from fmpy.model_description import ModelVariable
 
 from shaper_fmu.container.inner import outer_type
-from shaper_fmu.container.interface import Through, finished, shown
+from shaper_fmu.container.interface import SET, Through, finished, shown
 from shaper_fmu.container.outside import OuterVariable
 from shaper_fmu.errors import ModelError
 from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.variables import kind_of
 
-_SET = ("input", "parameter")
 _OF_SHAPER = ("parameter", "calculatedParameter")
 
 
@@ -73,7 +72,7 @@ def _of_plant(system: SystemStructure, fmi: int, plant: str, variable: ModelVari
         return []
     if fmu.elements_of(str(variable.name))[0] not in fmu.variables:
         return []
-    if variable.alias is not None and (fmi == 3 or variable.causality in _SET):
+    if variable.alias is not None and variable.causality in SET:
         return []
     return shown(system, plant, variable, fmi, name=str, through=through)
 

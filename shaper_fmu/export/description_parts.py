@@ -32,10 +32,18 @@ def text(value: Any) -> str:
 
 def new_document(component: type[Component], version: str, token: dict[str, str], generator: str) -> etree._Element:
     """The root element; `token` is the attribute that ties the description to the library, and empty in a draft."""
+    about = {"description": summary(component), **_authorship(component)}
+    return new_root(version, component.__name__, token, about, generator)
+
+
+def new_root(
+    version: str, name: str, token: dict[str, str], about: dict[str, str], generator: str, convention: str = "structured"
+) -> etree._Element:
+    """The root element of a model of this name; `about` are description, author and the like."""
     date = _date() if all(token.values()) else {}
     return etree.Element("fmiModelDescription", {
-        "fmiVersion": version, "modelName": component.__name__, **token, "description": summary(component),
-        **_authorship(component), "generationTool": generator, **date, "variableNamingConvention": "structured",
+        "fmiVersion": version, "modelName": name, **token, **about, "generationTool": generator, **date,
+        "variableNamingConvention": convention,
     })  # fmt: skip
 
 

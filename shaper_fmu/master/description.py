@@ -82,18 +82,9 @@ def declared_interfaces(content: bytes, name: str) -> dict[str, dict[str, str]]:
     return {kind: {str(key): str(text) for key, text in declared.items()} for kind, declared in found.items()}
 
 
-def declared_variables(content: bytes, name: str) -> dict[str, tuple[dict[str, str], list[str]]]:
-    """What modelDescription.xml declares of each variable by name: its attributes and its type's, and its Start elements' values.
-
-    fmpy leaves out relativeQuantity, bounds of unsigned integers, and all start values but the first of an array of texts.
-    """
-    found = {}
-    for variable in _parsed(content, f"{name}: {_FILE}", []).iterfind("ModelVariables/*"):
-        typed = variable[0].attrib if variable.tag == "ScalarVariable" and len(variable) else {}
-        attributes = {str(key): str(text) for key, text in (*variable.attrib.items(), *typed.items())}
-        starts = [start.get("value") or "" for start in variable.iterfind("Start")]
-        found.setdefault(attributes.get("name", ""), (attributes, starts))
-    return found
+def declared_root(content: bytes, name: str) -> etree._Element:
+    """The root element of modelDescription.xml, as in the file, for what fmpy leaves out. Raises ArchiveError."""
+    return _parsed(content, f"{name}: {_FILE}", [])
 
 
 def _parsed(content: bytes, where: str, findings: list[str]) -> etree._Element:

@@ -41,7 +41,7 @@ def test_by_default_free_inputs_and_all_outputs_are_shown(tmp_path):
     flags, outputs = ["three.flags[1]", "three.flags[2]", "three.none"], ["three.y[1]", "three.y[2]"]
     assert names(outer_variables(system, 2)) == [*INPUTS_2, *flags, *outputs_2, *outputs, "three.also_y[1]", "three.also_y[2]"]
     assert names(outer_variables(system, 3)) == [
-        *INPUTS_2, "three.flags", "three.blob", "three.none", *outputs_2, "three.y"
+        *INPUTS_2, "three.flags", "three.blob", "three.none", *outputs_2, "three.y", "three.also_y"
     ]  # fmt: skip
     for fmi in (2, 3):
         assert [variable.reference for variable in outer_variables(system, fmi)] == list(range(len(outer_variables(system, fmi))))
