@@ -57,6 +57,8 @@ def system_file(
         _write_instance(body, program, name, folders[name], symbols)
     _write_arrays(body, program)
     body.array(_record_words(np.frombuffer(bytes(control), of.CONTROL), of.CONTROL, lambda number: 0).ravel())
+    cuts = list(dict.fromkeys(program.cut_places()))
+    body.whole(len(cuts), *cuts)
     _write_labels(body, program, symbols)
     write_variables(body, program, variables, symbols)
     words.texts(symbols.names)  # which the body has made complete

@@ -145,6 +145,8 @@ struct Container {
     Control control;
     Control fresh;
     unsigned char *beginning; /* the fields of all arrays before a run */
+    Numbers cuts;       /* places on the bus at which loops without delay are cut */
+    Doubles cut_memory; /* of what closes them */
     double longest; /* inner step [s]; 0: that of the host */
     size_t inners;
     Inner *inner;
@@ -215,7 +217,7 @@ int allowed(Container *, const char *function, int phases);
 Status set_start(Container *, double start, int stop_defined, double stop, int tolerance_defined, double tolerance);
 Status enter_initialization(Container *);
 Status exit_initialization(Container *);
-Status broken(Container *, Status);
+Status settle_phase(Container *, Status);
 Status terminate(Container *);
 Status reset(Container *);
 
@@ -249,7 +251,7 @@ void write_fields(const Container *, unsigned char *at);
 void read_fields(Container *, const unsigned char *at);
 
 /* messages.c */
-Status refuse(Container *, Status, const char *format, ...) LIKE_PRINTF(3);
+Status complain(Container *, Status, const char *format, ...) LIKE_PRINTF(3);
 Status inner_failure(Container *, Inner *, const char *function, int status);
 Status tell_fault(Container *);
 void logger2(void *environment, fmi2String name, fmi2Status status, fmi2String category, fmi2String message, ...);

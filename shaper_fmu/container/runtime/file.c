@@ -197,7 +197,7 @@ static Function function(Reader *reader, int which, uint64_t told) {
     Inner *const owner = &container->inner[inner];
     const Function found = find_function(owner->library, container->symbol[name]);
     if (!found && !may_lack(which, owner, container->symbol[name])) {
-        refuse(container, ERROR, "%s: %s: its library lacks the function %s", container->name, owner->name, container->symbol[name]);
+        complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, owner->name, container->symbol[name]);
         reader->damaged = 2;
     }
     return found;
@@ -256,6 +256,20 @@ static void read_arrays(Reader *reader) {
     for (size_t i = 0; i < all && !reader->damaged; i++) read_records(reader, &arrays, (int)i, kind[i], array[i].at, array[i].count);
     memcpy(&container->system, array, sizeof container->system);
     read_records(reader, &arrays, -1, &CONTROL_KIND, &container->fresh, 1);
+}
+
+/* Where loops without delay are cut. */
+static void read_cuts(Reader *reader) {
+    Container *const container = reader->container;
+    const size_t cuts = count(reader, 1);
+    container->cuts.count = cuts;
+    container->cuts.at = (int32_t *)room(reader, cuts, sizeof *container->cuts.at);
+    container->cut_memory.count = cuts * (cuts + 4) + 1;
+    container->cut_memory.at = (double *)room(reader, container->cut_memory.count, sizeof(double));
+    for (size_t i = 0; i < cuts && !reader->damaged; i++) {
+        container->cuts.at[i] = (int32_t)word(reader);
+        if ((size_t)container->cuts.at[i] >= container->system.bus.count) reader->damaged = 1;
+    }
 }
 
 static void read_labels(Reader *reader) {
@@ -354,6 +368,7 @@ static void read_all(Reader *reader) {
     for (size_t i = 0; i < container->inners && !reader->damaged; i++)
         if (!load_inner(container, &container->inner[i])) reader->damaged = 2; /* which is said */
     if (!reader->damaged) read_arrays(reader);
+    if (!reader->damaged) read_cuts(reader);
     if (!reader->damaged) read_labels(reader);
     if (!reader->damaged) read_wholes(reader);
     if (!reader->damaged) read_variables(reader);
@@ -386,19 +401,19 @@ static unsigned char *content_of(const char *path, size_t *size) {
 int read_system(Container *container, const char *path) {
     size_t size = 0;
     unsigned char *const content = content_of(path, &size);
-    if (!content) return refuse(container, ERROR, "%s: %s cannot be read", container->name, path), 0;
+    if (!content) return complain(container, ERROR, "%s: %s cannot be read", container->name, path), 0;
     int whole = size % 8 == 0 && size >= 24 && word_at(content) == MARK;
     whole = whole && checksum(content, size / 8 - 1) == word_at(content + size - 8);
     if (!whole) {
-        refuse(container, ERROR, "%s: %s is damaged; get the FMU again, or pack it anew", container->name, path);
+        complain(container, ERROR, "%s: %s is damaged; get the FMU again, or pack it anew", container->name, path);
     } else if (word_at(content + 8) != LAYOUT_DIGEST) {
-        refuse(container, ERROR, "%s: %s belongs to another version of this library; pack the FMU anew", container->name, path);
+        complain(container, ERROR, "%s: %s belongs to another version of this library; pack the FMU anew", container->name, path);
         whole = 0;
     } else {
         Reader reader = {content + 16, content + size - 8, container, 0};
         read_all(&reader);
         if (reader.damaged == 1)
-            refuse(container, ERROR, "%s: %s makes no sense, or there is not enough memory; pack the FMU anew", container->name, path);
+            complain(container, ERROR, "%s: %s makes no sense, or there is not enough memory; pack the FMU anew", container->name, path);
         whole = !reader.damaged;
     }
     free(content);

@@ -45,7 +45,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     enter(container);
     int done = begin_container(container);
     if (done && fmuType != fmi2CoSimulation) {
-        refuse(container, ERROR, "%s: this kind of simulation is not supported", container->name);
+        complain(container, ERROR, "%s: this kind of simulation is not supported", container->name);
         done = 0;
     }
     container->given_token = 0;
@@ -136,7 +136,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedSta
 }
 
 static fmi2Status absent(Container *container, const char *function) {
-    return (fmi2Status)refuse(container, ERROR, "%s: %s is not supported", container->name, function);
+    return (fmi2Status)complain(container, ERROR, "%s: %s is not supported", container->name, function);
 }
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
@@ -163,7 +163,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 static Status step(Container *container, double t, double h, int no_going_back) {
     const Status status = advance(container, t, h, no_going_back);
     container->step_status = status;
-    if (status == FATAL || (status == ERROR && container->control.fault)) broken(container, status);
+    if (status == FATAL || (status == ERROR && container->control.fault)) settle_phase(container, status);
     return status;
 }
 
@@ -175,17 +175,17 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
 
 fmi2Status fmi2CancelStep(fmi2Component c) {
     REQUIRE(STEPPING);
-    return (fmi2Status)refuse(container, ERROR, "%s: there is no step to cancel: steps are not asynchronous", container->name);
+    return (fmi2Status)complain(container, ERROR, "%s: there is no step to cancel: steps are not asynchronous", container->name);
 }
 
 static fmi2Status no_status(Container *container, const char *function) {
-    return (fmi2Status)refuse(container, DISCARD, "%s: %s knows nothing of this kind", container->name, function);
+    return (fmi2Status)complain(container, DISCARD, "%s: %s knows nothing of this kind", container->name, function);
 }
 
 #define STATUS_GETTER(Name, Type, known, answer) \
     fmi2Status fmi2Get##Name(fmi2Component c, const fmi2StatusKind s, Type *value) { \
         REQUIRE(STEPPING | TERMINATED | FAILED); \
-        if (!value) return (fmi2Status)refuse(container, ERROR, "%s: %s: a pointer is null", container->name, __func__); \
+        if (!value) return (fmi2Status)complain(container, ERROR, "%s: %s: a pointer is null", container->name, __func__); \
         if (!(known)) return no_status(container, __func__); \
         *value = answer; \
         return fmi2OK; \

@@ -38,7 +38,7 @@ static Container *instantiate(fmi3String name, fmi3String token, fmi3String reso
     enter(container);
     int done = begin_container(container);
     if (done && !known) {
-        refuse(container, ERROR, "%s: this kind of simulation is not supported", container->name);
+        complain(container, ERROR, "%s: this kind of simulation is not supported", container->name);
         done = 0;
     }
     container->given_token = 0;
@@ -113,7 +113,7 @@ fmi3Status fmi3Reset(fmi3Instance instance) {
 fmi3Status fmi3EnterEventMode(fmi3Instance instance) {
     REQUIRE(STEPPING);
     if (!container->event_mode)
-        return (fmi3Status)refuse(container, ERROR, "%s: event mode was not asked for at the instantiation", container->name);
+        return (fmi3Status)complain(container, ERROR, "%s: event mode was not asked for at the instantiation", container->name);
     container->phase = EVENT;
     return fmi3OK;
 }
@@ -124,7 +124,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
     REQUIRE(EVENT);
     if (!discreteStatesNeedUpdate || !terminateSimulation || !nominalsOfContinuousStatesChanged || !valuesOfContinuousStatesChanged ||
         !nextEventTimeDefined || !nextEventTime)
-        return (fmi3Status)refuse(container, ERROR, "%s: %s: a pointer is null", container->name, __func__);
+        return (fmi3Status)complain(container, ERROR, "%s: %s: a pointer is null", container->name, __func__);
     enter(container);
     Status status = update_events(container, nextEventTime);
     leave(container);
@@ -132,7 +132,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
     *terminateSimulation = status != OK && container->control.fault == FAULT_TERMINATED;
     if (*terminateSimulation) status = OK;
     *nextEventTimeDefined = status <= WARNING && !*terminateSimulation && *nextEventTime < NO_EVENT;
-    return (fmi3Status)broken(container, status);
+    return (fmi3Status)settle_phase(container, status);
 }
 
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance) {
@@ -151,7 +151,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
                       fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn, fmi3Float64 *lastSuccessfulTime) {
     REQUIRE(STEPPING);
     if (!eventHandlingNeeded || !terminateSimulation || !earlyReturn || !lastSuccessfulTime)
-        return (fmi3Status)refuse(container, ERROR, "%s: %s: a pointer is null", container->name, __func__);
+        return (fmi3Status)complain(container, ERROR, "%s: %s: a pointer is null", container->name, __func__);
     enter(container);
     Status status = advance(container, currentCommunicationPoint, communicationStepSize, noSetFMUStatePriorToCurrentPoint);
     leave(container);
@@ -162,7 +162,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     *lastSuccessfulTime = control->t;
     *earlyReturn = (status <= WARNING && control->paused && control->done < control->steps) || ended;
     if (ended) status = OK; /* the flag says it */
-    if (status == FATAL || (status == ERROR && control->fault)) broken(container, status);
+    if (status == FATAL || (status == ERROR && control->fault)) settle_phase(container, status);
     return (fmi3Status)status;
 }
 

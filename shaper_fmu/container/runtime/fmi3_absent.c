@@ -11,7 +11,7 @@
     fmi3Status fmi3##Name(__VA_ARGS__) { \
         Container *const container = (Container *)instance; \
         if (!allowed(container, __func__, ~LOST)) return fmi3Error; \
-        return (fmi3Status)refuse(container, ERROR, "%s: %s is not supported", container->name, __func__); \
+        return (fmi3Status)complain(container, ERROR, "%s: %s is not supported", container->name, __func__); \
     }
 
 #define SELF fmi3Instance instance

@@ -36,7 +36,7 @@ int load_inner(Container *container, Inner *inner) {
         inner->library = load_library(path, why, sizeof why);
     else
         snprintf(why, sizeof why, "%s has no library for this platform, %s", inner->folder, LIBRARY_FOLDERS[inner->version == 3][0]);
-    if (!inner->library) refuse(container, ERROR, "%s: %s cannot be loaded: %s", container->name, inner->name, why);
+    if (!inner->library) complain(container, ERROR, "%s: %s cannot be loaded: %s", container->name, inner->name, why);
     free(path);
     return inner->library != 0;
 }
@@ -50,7 +50,7 @@ Status judge_call(Container *container, Inner *inner, const char *function, int 
 
 Status call_inner(Container *container, Inner *inner, const char *function) {
     SimpleFunction *const called = (SimpleFunction *)function_of(inner, function);
-    if (!called) return refuse(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, function);
+    if (!called) return complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, function);
     return judge_call(container, inner, function, called(inner->handle));
 }
 
@@ -123,7 +123,7 @@ int instantiate_inner(Container *container, Inner *inner) {
     free(resources);
     free(fmu);
     if (!inner->handle)
-        refuse(container, ERROR, "%s: %s cannot be instantiated%s%s", container->name, inner->name, *inner->said ? ": " : "",
+        complain(container, ERROR, "%s: %s cannot be instantiated%s%s", container->name, inner->name, *inner->said ? ": " : "",
                inner->said);
     else if (inner->events_logged)
         keep_quiet(inner);
@@ -148,7 +148,7 @@ static Status set_values_of(Container *container, Inner *inner, int phase) {
         if (setting->phase != phase) continue;
         const Function function = function_of(inner, setting->function);
         if (!function)
-            return refuse(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, setting->function);
+            return complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, setting->function);
         const int status =
             inner->version == 2 ? ((Fmi2Transfer *)function)(inner->handle, &setting->reference, 1, setting->values)
                                 : ((Fmi3Transfer *)function)(inner->handle, &setting->reference, 1, setting->values, setting->count);

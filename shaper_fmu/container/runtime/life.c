@@ -53,18 +53,18 @@ static void begin_anew(Container *container) {
 int begin_container(Container *container) {
     char *const path = container->resources ? joined(container->resources, "container/system.bin") : 0;
     if (!path) {
-        refuse(container, ERROR, "%s: the host tells no resources, and there are none beside this library", container->name);
+        complain(container, ERROR, "%s: the host tells no resources, and there are none beside this library", container->name);
         return 0;
     }
     int done = read_system(container, path);
     free(path);
     if (!done) return 0;
     if (!*container->instance_name) {
-        refuse(container, ERROR, "%s: an instance needs a name", container->name);
+        complain(container, ERROR, "%s: an instance needs a name", container->name);
         return 0;
     }
     if (!container->given_token || strcmp(container->given_token, container->token)) {
-        refuse(container, ERROR, "%s: the token %s is not that of its resources, %s: they do not belong to this description",
+        complain(container, ERROR, "%s: the token %s is not that of its resources, %s: they do not belong to this description",
                container->name, container->given_token ? container->given_token : "(null)", container->token);
         return 0;
     }
@@ -109,12 +109,12 @@ static const char *phase_name(Phase phase) {
 int allowed(Container *container, const char *function, int phases) {
     if (!container) return 0;
     if (container->phase & phases) return 1;
-    refuse(container, ERROR, "%s: %s cannot be called %s", container->name, function, phase_name(container->phase));
+    complain(container, ERROR, "%s: %s cannot be called %s", container->name, function, phase_name(container->phase));
     return 0;
 }
 
 /* After a call that has failed. */
-Status broken(Container *container, Status status) {
+Status settle_phase(Container *container, Status status) {
     if (status == FATAL)
         container->phase = LOST;
     else if (status == ERROR)
@@ -124,9 +124,9 @@ Status broken(Container *container, Status status) {
 
 Status set_start(Container *container, double start, int stop_defined, double stop, int tolerance_defined, double tolerance) {
     if (!isfinite(start))
-        return refuse(container, ERROR, "%s: the start time %g is not a finite number", container->name, start);
+        return complain(container, ERROR, "%s: the start time %g is not a finite number", container->name, start);
     if (stop_defined && !(stop >= start))
-        return refuse(container, ERROR, "%s: the stop time %.15g s is before the start time %.15g s", container->name, stop, start);
+        return complain(container, ERROR, "%s: the stop time %.15g s is before the start time %.15g s", container->name, stop, start);
     container->control.start = container->control.t = container->control.smooth_from = start;
     container->control.stop = stop_defined ? stop : start;
     container->stop_defined = stop_defined;
@@ -138,8 +138,15 @@ Status set_start(Container *container, double start, int stop_defined, double st
 
 /* Bring outputs to inputs, once more if some have changed meanwhile. */
 Status initialize_again(Container *container) {
+    Control *const control = &container->control;
     container->dirty = 0;
-    return loop_initialize(&container->system, &container->control, container->control.t) ? OK : tell_fault(container);
+    if (!loop_initialize(&container->system, control, control->t)) return tell_fault(container);
+    if (!container->cuts.count) return OK;
+    System in_loops = container->system;
+    in_loops.cut_places = container->cuts;
+    in_loops.loop_memory = container->cut_memory;
+    container->cut_memory.at[container->cut_memory.count - 1] = 0.0; /* no Jacobian is known */
+    return loop_close_loops(&in_loops, control, control->t) ? OK : tell_fault(container);
 }
 
 Status enter_initialization(Container *container) {
@@ -148,9 +155,9 @@ Status enter_initialization(Container *container) {
     container->control.stop = container->stop_defined ? container->stop : container->control.start;
     for (size_t i = 0; i < container->inners; i++) {
         const Status status = set_up_inner(container, &container->inner[i]);
-        if (status > WARNING) return broken(container, status);
+        if (status > WARNING) return settle_phase(container, status);
     }
-    return broken(container, initialize_again(container));
+    return settle_phase(container, initialize_again(container));
 }
 
 /* Leave initialization mode. No instance gets its inputs for the first step here, since the host may still give others. */
@@ -176,7 +183,7 @@ static Status exit_all(Container *container) {
 
 Status exit_initialization(Container *container) {
     const Status status = exit_all(container);
-    if (status > WARNING) return broken(container, status);
+    if (status > WARNING) return settle_phase(container, status);
     container->phase = container->event_mode ? EVENT : STEPPING;
     return OK;
 }
@@ -188,7 +195,7 @@ Status terminate(Container *container) {
         const Status status = call_inner(container, inner, inner->version == 2 ? "fmi2Terminate" : "fmi3Terminate");
         if (status > worst) worst = status;
     }
-    if (worst > WARNING) return broken(container, worst);
+    if (worst > WARNING) return settle_phase(container, worst);
     container->phase = TERMINATED;
     return worst;
 }
@@ -197,8 +204,8 @@ Status reset(Container *container) {
     for (size_t i = 0; i < container->inners; i++) {
         Inner *const inner = &container->inner[i];
         const Status status = call_inner(container, inner, inner->version == 2 ? "fmi2Reset" : "fmi3Reset");
-        if (status > WARNING) return broken(container, status);
+        if (status > WARNING) return settle_phase(container, status);
     }
     begin_anew(container);
-    return broken(container, prepare(container));
+    return settle_phase(container, prepare(container));
 }

@@ -34,7 +34,7 @@ static void log_text(Container *container, Status status, const char *text) {
 }
 
 /* Say why a call fails, and return its status. */
-Status refuse(Container *container, Status status, const char *format, ...) {
+Status complain(Container *container, Status status, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(container->text, sizeof container->text, format, arguments);
@@ -48,7 +48,7 @@ int set_logging(Container *container, int on, size_t categories, const char *con
         int known = category && category[i] && !strcmp(category[i], "logAll");
         for (int k = 0; category && category[i] && k < 5; k++) known |= !strcmp(category[i], CATEGORIES[k]);
         if (!known)
-            return refuse(container, ERROR, "%s: there is no log category %s", container->name,
+            return complain(container, ERROR, "%s: there is no log category %s", container->name,
                           category && category[i] ? category[i] : "(null)");
     }
     container->logging = on != 0;
@@ -156,7 +156,7 @@ static Status say_failure(Container *container, Inner *inner, const char *functi
         snprintf(when, sizeof when, " %s", container->phase & INSTANTIATED ? "before initialization" : "at initialization");
     if (status == FATAL) inner->failed = 1;
     const Status outer = status == FATAL ? FATAL : status == DISCARD ? DISCARD : ERROR;
-    return refuse(container, outer, "%s: %s%s: %s %s%s%s", container->name, inner->name, when, function, words,
+    return complain(container, outer, "%s: %s%s: %s %s%s%s", container->name, inner->name, when, function, words,
                   *inner->said ? ": " : " and gave no message", inner->said);
 }
 
@@ -183,7 +183,7 @@ static Status tell_value(Container *container, const Control *control, const Lab
                               : control->fault == FAULT_NO_ITEM    ? ", which is not an item of its enumeration"
                                                                    : "";
     const char *const name = (size_t)control->fault_element < label->elements ? label->element[control->fault_element] : "?";
-    return refuse(container, ERROR, "%s: %s at t = %.15g s: the value for input %s is %.15g%s", container->name,
+    return complain(container, ERROR, "%s: %s at t = %.15g s: the value for input %s is %.15g%s", container->name,
                   container->inner[label->inner].name, control->fault_time, name, value, words);
 }
 
@@ -193,7 +193,7 @@ Status tell_fault(Container *container) {
     const double t = control->fault_time;
     if (control->fault >= FAULT_BAD_INTERVAL) {
         const size_t number = (size_t)control->fault_element;
-        return refuse(container, ERROR, "%s: clock %s at t = %.15g s: its interval, or its next tick, makes no sense", container->name,
+        return complain(container, ERROR, "%s: clock %s at t = %.15g s: its interval, or its next tick, makes no sense", container->name,
                       number < container->clocks ? container->clock[number] : "?", t);
     }
     const Label *const label = control->fault_where >= 0 ? &container->label[control->fault_where] : 0;
@@ -206,6 +206,8 @@ Status tell_fault(Container *container) {
         return say_failure(container, inner, function, ERROR, t,
                            "returned early, from an event that it had not announced, and the step cannot be shortened for all");
     case FAULT_TERMINATED: return say_failure(container, inner, function, OK, t, "asked to end the simulation");
+    case FAULT_OPEN_LOOP:
+        return complain(container, ERROR, "%s: no values were found that close a loop without delay", container->name);
     default: return say_failure(container, inner, function, ERROR, t, "asked for another update again and again");
     }
 }

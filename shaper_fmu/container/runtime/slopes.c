@@ -8,14 +8,14 @@
 #include <math.h>
 
 Status set_slopes(Container *container, const uint32_t *references, size_t count, const fmi2Integer *orders, const double *values) {
-    if (count && (!references || !orders || !values)) return refuse(container, ERROR, "%s: a pointer is null", container->name);
+    if (count && (!references || !orders || !values)) return complain(container, ERROR, "%s: a pointer is null", container->name);
     for (size_t i = 0; i < count; i++) {
         const Variable *const variable = references[i] < container->variables ? &container->variable[references[i]] : 0;
         if (!variable || variable->settable != INPUT || variable->type != TYPE_F8)
-            return refuse(container, ERROR, "%s: the variable with the value reference %lu is no real input", container->name,
+            return complain(container, ERROR, "%s: the variable with the value reference %lu is no real input", container->name,
                           (unsigned long)references[i]);
         if (orders[i] != 1 || !isfinite(values[i]))
-            return refuse(container, ERROR, "%s: the derivative of %s of order %d and value %g is not taken, only a first one that is finite",
+            return complain(container, ERROR, "%s: the derivative of %s of order %d and value %g is not taken, only a first one that is finite",
                           container->name, variable->name, (int)orders[i], values[i]);
     }
     for (size_t i = 0; i < count; i++) container->variable[references[i]].slot[0].slope = values[i];
@@ -39,7 +39,7 @@ static int steer(Container *container) {
                 const double slope = steered->gain * slot->slope;
                 const int32_t order = 1;
                 if (!function) {
-                    refuse(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, name);
+                    complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, name);
                     return 0;
                 }
                 if (judge_call(container, inner, name, function(inner->handle, &steered->reference, 1, &order, &slope)) > WARNING) return 0;

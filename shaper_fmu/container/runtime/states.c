@@ -47,7 +47,7 @@ enum { GET_STATE, SET_STATE, FREE_STATE, STATE_SIZE, SERIALIZE, DESERIALIZE };
 static Function function_for(Container *container, Inner *inner, int which) {
     const Function found = function_of(inner, name_of(inner, which));
     if (!found)
-        refuse(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, name_of(inner, which));
+        complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, name_of(inner, which));
     return found;
 }
 
@@ -122,7 +122,7 @@ static State *new_state(Container *container) {
         free(state->inner);
         free(state);
     }
-    refuse(container, ERROR, "%s: there is not enough memory for a state", container->name);
+    complain(container, ERROR, "%s: there is not enough memory for a state", container->name);
     return 0;
 }
 
@@ -145,7 +145,7 @@ Status free_state(Container *container, void **place) {
 }
 
 Status save_state(Container *container, void **place) {
-    if (!place) return refuse(container, ERROR, "%s: a pointer is null", container->name);
+    if (!place) return complain(container, ERROR, "%s: a pointer is null", container->name);
     State *state = (State *)*place;
     if (!state) state = new_state(container);
     if (!state) return ERROR;
@@ -167,12 +167,12 @@ Status save_state(Container *container, void **place) {
 
 Status restore_state(Container *container, void *saved) {
     State *const state = (State *)saved;
-    if (!state) return refuse(container, ERROR, "%s: there is no state to restore", container->name);
+    if (!state) return complain(container, ERROR, "%s: there is no state to restore", container->name);
     for (size_t i = 0; i < container->inners; i++) {
         Inner *const inner = &container->inner[i];
         SetState *const function = (SetState *)function_for(container, inner, SET_STATE);
         const Status status = function ? judge_call(container, inner, name_of(inner, SET_STATE), function(inner->handle, state->inner[i])) : ERROR;
-        if (status > WARNING) return broken(container, status);
+        if (status > WARNING) return settle_phase(container, status);
     }
     read_own(container, state->bytes);
     return OK;
@@ -185,7 +185,7 @@ static Status inner_size(Container *container, Inner *inner, void *state, size_t
 
 Status state_size(Container *container, void *saved, size_t *size) {
     const State *const state = (const State *)saved;
-    if (!state || !size) return refuse(container, ERROR, "%s: a pointer is null", container->name);
+    if (!state || !size) return complain(container, ERROR, "%s: a pointer is null", container->name);
     size_t all = sizeof(Head) + state->size;
     for (size_t i = 0; i < container->inners; i++) {
         size_t one = 0;
@@ -200,11 +200,11 @@ Status state_size(Container *container, void *saved, size_t *size) {
 Status serialize_state(Container *container, void *saved, void *bytes, size_t size) {
     const State *const state = (const State *)saved;
     size_t needed = 0;
-    if (!bytes) return refuse(container, ERROR, "%s: a pointer is null", container->name);
+    if (!bytes) return complain(container, ERROR, "%s: a pointer is null", container->name);
     const Status sized = state_size(container, saved, &needed);
     if (sized > WARNING) return sized;
     if (size != needed)
-        return refuse(container, ERROR, "%s: a state has %lu bytes, not %lu", container->name, (unsigned long)needed, (unsigned long)size);
+        return complain(container, ERROR, "%s: a state has %lu bytes, not %lu", container->name, (unsigned long)needed, (unsigned long)size);
     unsigned char *at = (unsigned char *)bytes;
     const Head head = {MARK, (uint32_t)container->inners, digest(container->token), (uint64_t)state->size};
     memcpy(at, &head, sizeof head);
@@ -245,11 +245,11 @@ static int deserialize_inners(Container *container, State *state, const unsigned
 Status deserialize_state(Container *container, const void *bytes, size_t size, void **place) {
     const unsigned char *const at = (const unsigned char *)bytes;
     Head head;
-    if (!bytes || !place) return refuse(container, ERROR, "%s: a pointer is null", container->name);
+    if (!bytes || !place) return complain(container, ERROR, "%s: a pointer is null", container->name);
     if (size >= sizeof head) memcpy(&head, at, sizeof head);
     if (size < sizeof head || head.mark != MARK || head.inners != container->inners || head.token != digest(container->token) ||
         head.size != own_size(container) || size - sizeof head < head.size)
-        return refuse(container, ERROR, "%s: these %lu bytes are no state of this FMU", container->name, (unsigned long)size);
+        return complain(container, ERROR, "%s: these %lu bytes are no state of this FMU", container->name, (unsigned long)size);
     State *const state = new_state(container);
     if (!state) return ERROR;
     memcpy(state->bytes, at + sizeof head, state->size);
@@ -259,5 +259,5 @@ Status deserialize_state(Container *container, const void *bytes, size_t size, v
     }
     void *failed = state;
     free_state(container, &failed);
-    return refuse(container, ERROR, "%s: these %lu bytes are no state of this FMU", container->name, (unsigned long)size);
+    return complain(container, ERROR, "%s: these %lu bytes are no state of this FMU", container->name, (unsigned long)size);
 }

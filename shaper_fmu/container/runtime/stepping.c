@@ -19,13 +19,13 @@ static int64_t inner_steps(const Container *container, double h) {
 static Status check_step(Container *container, double t, double h) {
     Control *const control = &container->control;
     if (container->discarded)
-        return refuse(container, ERROR, "%s: an FMU inside has refused a step, and has to be set back to a saved state", container->name);
+        return complain(container, ERROR, "%s: an FMU inside has refused a step, and has to be set back to a saved state", container->name);
     if (!isfinite(t) || !isfinite(h) || !(h > 0.0))
-        return refuse(container, ERROR, "%s: cannot step from %.15g s by %.15g s", container->name, t, h);
+        return complain(container, ERROR, "%s: cannot step from %.15g s by %.15g s", container->name, t, h);
     if (fabs(t - control->t) > time_rounding(t, h))
-        return refuse(container, ERROR, "%s: cannot step from %.15g s: the last step ended at %.15g s", container->name, t, control->t);
+        return complain(container, ERROR, "%s: cannot step from %.15g s: the last step ended at %.15g s", container->name, t, control->t);
     if (!(t + h > t))
-        return refuse(container, ERROR, "%s: a step of %g s is too short for times of %g s", container->name, h, t);
+        return complain(container, ERROR, "%s: a step of %g s is too short for times of %g s", container->name, h, t);
     if (control->smooth_from == control->t) control->smooth_from = t;
     control->t = t;
     return OK;

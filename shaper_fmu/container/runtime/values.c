@@ -145,13 +145,13 @@ static int moves(int fmi, int type, int of_variable) {
 /* The variable of a value reference, if the function moves it; else null, and says so. The last reference is that of the time. */
 static Variable *find(Container *container, const char *function, int fmi, int type, uint32_t reference) {
     if (reference >= container->variables) {
-        refuse(container, ERROR, "%s: %s: there is no variable with the value reference %lu", container->name, function,
+        complain(container, ERROR, "%s: %s: there is no variable with the value reference %lu", container->name, function,
                (unsigned long)reference);
         return 0;
     }
     Variable *const variable = &container->variable[reference];
     if (moves(fmi, type, variable->type)) return variable;
-    refuse(container, ERROR, "%s: %s: %s is of another type", container->name, function, variable->name);
+    complain(container, ERROR, "%s: %s: %s is of another type", container->name, function, variable->name);
     return 0;
 }
 
@@ -164,7 +164,7 @@ static int check(Container *container, const char *function, int fmi, int type, 
                  const void *values, size_t value_count, int with_time) {
     size_t needed = 0;
     if (count && (!references || !values)) {
-        refuse(container, ERROR, "%s: %s: a pointer is null", container->name, function);
+        complain(container, ERROR, "%s: %s: a pointer is null", container->name, function);
         return 0;
     }
     for (size_t i = 0; i < count; i++) {
@@ -175,7 +175,7 @@ static int check(Container *container, const char *function, int fmi, int type, 
         needed += variable ? variable->slots : 1;
     }
     if (needed == value_count) return 1;
-    refuse(container, ERROR, "%s: %s: the variables have %lu elements, but there are %lu values", container->name, function,
+    complain(container, ERROR, "%s: %s: the variables have %lu elements, but there are %lu values", container->name, function,
            (unsigned long)needed, (unsigned long)value_count);
     return 0;
 }
@@ -183,7 +183,7 @@ static int check(Container *container, const char *function, int fmi, int type, 
 static int may_be_set(Container *container, const char *function, const Variable *variable) {
     const int before = container->phase & (INSTANTIATED | INITIALIZING);
     if (variable->settable == ALWAYS || variable->settable == INPUT || (variable->settable == BEFORE_START && before)) return 1;
-    refuse(container, ERROR, "%s: %s: %s %s", container->name, function, variable->name,
+    complain(container, ERROR, "%s: %s: %s %s", container->name, function, variable->name,
            variable->settable == NEVER ? "cannot be set" : "cannot be set after initialization");
     return 0;
 }
@@ -193,7 +193,7 @@ static Status set_whole(Container *container, Whole *whole) {
     Inner *const inner = &container->inner[whole->inner];
     whole->waiting = 0;
     if (!whole->set)
-        return refuse(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->set_name);
+        return complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->set_name);
     const int status = inner->version == 2 ? ((Fmi2Transfer *)whole->set)(inner->handle, &whole->reference, 1, whole->values)
                                            : ((Fmi3Transfer *)whole->set)(inner->handle, &whole->reference, 1, whole->values, whole->length);
     return judge_call(container, inner, whole->set_name, status);
@@ -213,7 +213,7 @@ Status set_waiting(Container *container) {
 static Status read_whole(Container *container, Whole *whole) {
     Inner *const inner = &container->inner[whole->inner];
     if (!whole->get)
-        return refuse(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->get_name);
+        return complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->get_name);
     const int status = inner->version == 2 ? ((Fmi2Transfer *)whole->get)(inner->handle, &whole->reference, 1, whole->values)
                                            : ((Fmi3Transfer *)whole->get)(inner->handle, &whole->reference, 1, whole->values, whole->length);
     return judge_call(container, inner, whole->get_name, status);
@@ -233,7 +233,7 @@ static Status put(Container *container, const Variable *variable, const Slot *sl
         Whole *const whole = &container->whole[target->place];
         unsigned char *const at = (unsigned char *)whole->values + (size_t)target->element * size_of(whole->type);
         if (!put_number(whole->type, at, converted(target, number_at(type, value))))
-            return refuse(container, ERROR, "%s: the value of %s does not fit into its type", container->name, variable->name);
+            return complain(container, ERROR, "%s: the value of %s does not fit into its type", container->name, variable->name);
         whole->waiting = 1;
     }
     return OK;
@@ -264,11 +264,11 @@ static Status pass_in(Container *container, const Variable *variable, const void
         Whole *const whole = &container->whole[variable->slot[0].target[i].place];
         Inner *const inner = &container->inner[whole->inner];
         if (whole->length != variable->slots)
-            return refuse(container, ERROR, "%s: %s is a part of an array of texts, which is set as a whole", container->name,
+            return complain(container, ERROR, "%s: %s is a part of an array of texts, which is set as a whole", container->name,
                           variable->name);
         typedef int SetBinary(void *, const uint32_t *, size_t, const size_t *, const void *, size_t);
         if (!whole->set)
-            return refuse(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->set_name);
+            return complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->set_name);
         int status;
         if (whole->type == TYPE_BINARY)
             status = ((SetBinary *)whole->set)(inner->handle, &whole->reference, 1, sizes, values, whole->length);
@@ -293,7 +293,7 @@ static Status pass_out(Container *container, const Variable *variable, void *val
         return status;
     }
     if (!whole->get)
-        return refuse(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->get_name);
+        return complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->get_name);
     const int status = ((GetBinary *)whole->get)(inner->handle, &whole->reference, 1, sizes, values, whole->length);
     return judge_call(container, inner, whole->get_name, status);
 }
@@ -338,7 +338,7 @@ static Status get(Container *container, const char *function, const Variable *va
         }
         if (variable->settable != INPUT || !variable->on_bus) number = converted(target, number);
         if (!put_number(type, values + k * size_of(type), number))
-            return refuse(container, ERROR, "%s: %s: the value of %s does not fit into its type", container->name, function, variable->name);
+            return complain(container, ERROR, "%s: %s: the value of %s does not fit into its type", container->name, function, variable->name);
     }
     return OK;
 }

@@ -12,6 +12,9 @@
 #define CLOSED 1e-13
 #define NEARLY_CLOSED 1e-9
 
+/* Where a fault is told: at the first of the parts, or instances. */
+static int in_loops(const System *system) { return -1 - (system->parts.count ? system->parts.at[0].instance : 0); }
+
 /* What comes back, less what went in; and how far from closed that is, over the tolerance 1 of a value of 1. */
 static int miss(const System *system, Control *control, Operations program, double t, const double *values, double *missed,
                 double *farthest) {
@@ -75,7 +78,7 @@ static int linearize(const System *system, Control *control, Operations program,
         if (!going) return 0;
         for (size_t i = 0; i < count; i++) inverse[i * count + k] = (work[i] - missed[i]) / (moved - value);
     }
-    return invert(inverse, work, count) || fail(control, FAULT_OPEN_LOOP, 0, -1 - system->parts.at[0].instance, 0, t);
+    return invert(inverse, work, count) || fail(control, FAULT_OPEN_LOOP, 0, in_loops(system), 0, t);
 }
 
 /* Newton's method. Steps that lead away from the solution are halved, by a Jacobian that is new. */
@@ -107,7 +110,7 @@ static int close_loops(const System *system, Control *control, Operations progra
             values[i] -= step[i];
         }
     }
-    return fail(control, FAULT_OPEN_LOOP, 0, -1 - system->parts.at[0].instance, 0, t);
+    return fail(control, FAULT_OPEN_LOOP, 0, in_loops(system), 0, t);
 }
 
 int exchange_in_loops(const System *system, Control *control, Operations program, double t) {
@@ -119,4 +122,8 @@ int exchange_in_loops(const System *system, Control *control, Operations program
     if (fault != FAULT_NOT_FINITE && fault != FAULT_OPEN_LOOP && !discarded) return BROKEN;
     control->fault = FAULT_NO_FAULT;
     return refuse(control, fault, control->fault_status, control->fault_where, control->fault_element);
+}
+
+int loop_close_loops(const System *system, Control *control, double t) {
+    return close_loops(system, control, system->initial_program, t);
 }

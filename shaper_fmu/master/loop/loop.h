@@ -34,6 +34,9 @@ LOOP_API int loop_initialize(const System *system, Control *control, double t);
 /* In initialization mode: spread the bus over the connections, and read what follows without delay. */
 LOOP_API int loop_exchange(const System *system, Control *control, double t);
 
+/* In initialization mode: find values at the cut places that come back from the exchange as they went in. */
+LOOP_API int loop_close_loops(const System *system, Control *control, double t);
+
 /* At the end of initialization mode: find out the first ticks of clocks. */
 LOOP_API int loop_start_clocks(const System *system, Control *control);
 
