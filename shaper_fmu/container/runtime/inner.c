@@ -171,7 +171,7 @@ Status prepare_inner(Container *container, Inner *inner) {
 /* Have an instance enter initialization mode. */
 Status set_up_inner(Container *container, Inner *inner) {
     const size_t number = (size_t)(inner - container->inner);
-    const double own = container->system.instances.at[number].tolerance, start = container->control.start;
+    const double own = container->system.instances.at[number].tolerance, start = container->origin;
     const double tolerance = container->tolerance_defined ? container->tolerance : own;
     if (inner->version == 2) {
         Fmi2SetupExperiment *const set_up = (Fmi2SetupExperiment *)function_of(inner, "fmi2SetupExperiment");

@@ -127,7 +127,7 @@ Status set_start(Container *container, double start, int stop_defined, double st
         return complain(container, ERROR, "%s: the start time %g is not a finite number", container->name, start);
     if (stop_defined && !(stop >= start))
         return complain(container, ERROR, "%s: the stop time %.15g s is before the start time %.15g s", container->name, stop, start);
-    container->control.start = container->control.t = container->control.smooth_from = start;
+    container->origin = container->control.start = container->control.t = container->control.smooth_from = start;
     container->control.stop = stop_defined ? stop : start;
     container->stop_defined = stop_defined;
     container->stop = stop_defined ? stop : 0.0;
@@ -152,7 +152,7 @@ Status initialize_again(Container *container) {
 Status enter_initialization(Container *container) {
     container->phase = INITIALIZING;
     container->control.steps = container->control.done = 0;
-    container->control.stop = container->stop_defined ? container->stop : container->control.start;
+    container->control.stop = container->stop_defined ? container->stop : container->origin;
     for (size_t i = 0; i < container->inners; i++) {
         const Status status = set_up_inner(container, &container->inner[i]);
         if (status > WARNING) return settle_phase(container, status);

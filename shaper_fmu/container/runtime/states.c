@@ -9,6 +9,7 @@
 
 typedef struct {
     uint32_t phase, dirty, ready, waiting, entered, terminated, sloping, steering;
+    double origin;
 } Flags;
 
 /* A saved state; its bytes are flags, fields and wholes. */
@@ -69,7 +70,7 @@ static size_t own_size(const Container *container) {
 static void write_own(Container *container, unsigned char *at) {
     const Flags flags = {(uint32_t)container->phase,   (uint32_t)container->dirty,   (uint32_t)container->ready,
                          (uint32_t)container->waiting, (uint32_t)container->entered, (uint32_t)container->terminated,
-                         (uint32_t)container->sloping, (uint32_t)container->steering};
+                         (uint32_t)container->sloping, (uint32_t)container->steering, container->origin};
     memcpy(at, &flags, sizeof flags);
     write_fields(container, at + sizeof flags);
     at += sizeof flags + fields_size(container);
@@ -93,6 +94,7 @@ static void read_own(Container *container, const unsigned char *at) {
     container->waiting = (int)flags.waiting;
     container->entered = (int)flags.entered;
     container->terminated = (int)flags.terminated;
+    container->origin = flags.origin;
     container->sloping = (int)flags.sloping;
     container->steering = (int)flags.steering;
     container->discarded = 0;

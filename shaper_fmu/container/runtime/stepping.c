@@ -4,16 +4,24 @@
 
 #include <math.h>
 
-#define MOST_STEPS ((int64_t)1 << 40)
+#define MOST_STEPS 1e15
 
 /* How close two times are the same [s]: the loop's function of this name. */
 static double time_rounding(double t, double h) { return 1e-9 * h + 64.0 * 2.220446049250313e-16 * fabs(t); }
 
-/* How many inner steps a step takes. */
-static int64_t inner_steps(const Container *container, double h) {
-    if (!(container->longest > 0.0)) return 1;
-    const double steps = ceil(h / container->longest * (1.0 - 1e-12) - 1e-9);
-    return steps < 1.0 ? 1 : steps < (double)MOST_STEPS ? (int64_t)steps : MOST_STEPS;
+/* Have the loop go from t to t + h: by one step, or by steps to the points of a grid that begins at the experiment's start. The
+   host's steps need not fit to the grid. */
+static void aim(Container *container, double h) {
+    Control *const control = &container->control;
+    const double t = control->t, step = container->longest > 0.0 ? container->longest : h;
+    control->start = container->longest > 0.0 ? container->origin : t;
+    control->step = step;
+    control->stop = t + h;
+    control->done = (int64_t)floor((t - control->start) / step + 1e-9);
+    control->steps = (int64_t)ceil((control->stop - control->start) / step - 1e-9);
+    if (control->steps <= control->done) control->steps = control->done + 1;
+    const double end = control->start + (double)control->steps * step;
+    control->ends_whole = fabs(end - control->stop) <= time_rounding(control->stop, step);
 }
 
 static Status check_step(Container *container, double t, double h) {
@@ -26,6 +34,8 @@ static Status check_step(Container *container, double t, double h) {
         return complain(container, ERROR, "%s: cannot step from %.15g s: the last step ended at %.15g s", container->name, t, control->t);
     if (!(t + h > t))
         return complain(container, ERROR, "%s: a step of %g s is too short for times of %g s", container->name, h, t);
+    if (container->longest > 0.0 && (t + h - container->origin) / container->longest > MOST_STEPS)
+        return complain(container, ERROR, "%s: a step of %g s has too many inner steps, of %g s", container->name, h, container->longest);
     if (control->smooth_from == control->t) control->smooth_from = t;
     control->t = t;
     return OK;
@@ -56,7 +66,8 @@ static int begin_step(Container *container, double h) {
     }
     const int anew = container->dirty || !container->ready;
     container->dirty = 0;
-    return loop_go_on(system, control, h, inner_steps(container, h), anew);
+    aim(container, h);
+    return !anew || loop_go_on(system, control);
 }
 
 Status advance(Container *container, double t, double h, int no_going_back) {

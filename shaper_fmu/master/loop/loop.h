@@ -53,9 +53,9 @@ LOOP_API int loop_run(const System *system, Control *control, int64_t most);
 LOOP_API void loop_plan_step(const System *system, Control *control);
 LOOP_API int loop_take_planned_step(const System *system, Control *control);
 
-/* A run goes on after its end: `steps` steps of h / steps follow. With `anew` inputs have been given other values, or have not been
-   set since the end; they are set now. */
-LOOP_API int loop_go_on(const System *system, Control *control, double h, int64_t steps, int anew);
+/* A run goes on after its end, to another one: give the instances the inputs of the next step, since values from outside have
+   changed, or not all inputs have been set since the end. */
+LOOP_API int loop_go_on(const System *system, Control *control);
 
 /* Handle an event that waits: after Control.paused, or where values from outside have changed. With `entered` the instances are
    in event mode already. */

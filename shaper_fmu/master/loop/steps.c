@@ -156,15 +156,9 @@ void loop_plan_step(const System *system, Control *control) { plan(system, contr
 
 int loop_take_planned_step(const System *system, Control *control) { return take_step(system, control); }
 
-int loop_go_on(const System *system, Control *control, double h, int64_t steps, int anew) {
-    const double t = control->start = control->t;
+int loop_go_on(const System *system, Control *control) {
+    const double t = control->t;
     const int after_event = control->smooth_from == t;
-    control->stop = t + h;
-    control->step = h / (double)steps;
-    control->steps = steps;
-    control->done = 0;
-    control->ends_whole = 1;
-    if (!anew) return 1;
     if (after_event && !execute(system, control, system->resume_program, t, 0.0)) return 0;
     if (control->exchange && !execute(system, control, system->exchange_program, t, 0.0)) return 0;
     return !has_changed(system) || handle_event(system, control, t, 1);
