@@ -205,6 +205,7 @@ def _capabilities(program: Program, variables: Sequence[OuterVariable], fmi: int
         variable_steps=all(fmu.takes_any_step for fmu in program.system.fmus.values()),
         interpolates_inputs=fmi == 2 and any(steered(program, element) for element in inputs),
         has_event_mode=fmi == 3 and exact,
+        readable_after_set=all(program.system.readable_after_set(name) for name in program.names),
     )
 
 

@@ -11,7 +11,7 @@ from shaper_fmu.container.dependencies import Dependencies
 from shaper_fmu.container.description_variables import common_attributes, initial_unknowns, start_texts, states_of
 from shaper_fmu.container.head import Capabilities, Head, add_experiment, new_document, time_name
 from shaper_fmu.container.outside import OuterVariable
-from shaper_fmu.export.description_parts import as_bytes, text
+from shaper_fmu.export.description_parts import add_annotation, as_bytes, text
 from shaper_fmu.master.structure import SystemStructure
 
 
@@ -26,6 +26,8 @@ def description2(system: SystemStructure, outer: Sequence[OuterVariable], head: 
     definitions.add(root)
     head.add_categories(root, "fmi2")
     add_experiment(root, head.experiment)
+    if head.capabilities.readable_after_set:
+        add_annotation(root, "VendorAnnotations", "Tool", "name")
     root.append(variables)
     _add_structure(root, outer, Dependencies(system, outer), len(names) if time else None)
     return as_bytes(root)

@@ -13,7 +13,7 @@ from shaper_fmu.container.description_variables import common_attributes, initia
 from shaper_fmu.container.head import Capabilities, Head, add_experiment, new_document, time_name
 from shaper_fmu.container.interface import SET
 from shaper_fmu.container.outside import OuterVariable
-from shaper_fmu.export.description_parts import as_bytes, text
+from shaper_fmu.export.description_parts import add_annotation, as_bytes, text
 from shaper_fmu.master.structure import SystemStructure
 
 
@@ -32,6 +32,8 @@ def description3(system: SystemStructure, outer: Sequence[OuterVariable], head: 
     add_experiment(root, head.experiment)
     root.append(variables)
     _add_structure(root, outer, Dependencies(system, outer), len(outer))
+    if head.capabilities.readable_after_set:
+        add_annotation(root, "Annotations", "Annotation", "type")
     return as_bytes(root)
 
 
