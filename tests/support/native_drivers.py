@@ -161,7 +161,11 @@ class Driver:
         return self.leave_event_mode()
 
     def leave_event_mode(self) -> float | None:
-        *_flags, defined, following = self.slave.updateDiscreteStates()
+        while True:
+            again, terminate, *_changes, defined, following = self.slave.updateDiscreteStates()
+            assert not terminate
+            if not again:
+                break
         self.slave.enterStepMode()
         return following if defined else None
 

@@ -1,4 +1,4 @@
-"""Runs of FMUs and SSP archives by other people's masters: libcosim and ecos.
+"""Runs of FMUs and SSP archives by other people's masters: libcosim and ecos, and FMUs step by step by fmpy's calls.
 
 Each run takes place in a process of its own, `python other_masters.py MASTER REQUEST ANSWER`, since these masters are C++
 libraries with loaders, threads and log streams of their own. The two files are JSON, which keeps every bit of a number;
@@ -9,14 +9,19 @@ from __future__ import annotations
 
 import csv
 import functools
+import itertools
 import json
+import math
 import os
 import subprocess
 import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import distribution
 from pathlib import Path
 from typing import Any
+
+Value = float | int | bool
 
 INSTANCE = "instance"
 """The name of the one instance where an FMU is run alone; ecos's command line calls it so."""
@@ -30,18 +35,31 @@ class Job:
     step: float
     steps: int
     record: list[tuple[str, str, str]]  # instance, variable, kind: real, integer or boolean
-    # of an FMU run alone: constant inputs from t = 0 on, and start values of parameters
-    drive: dict[str, float] = field(default_factory=dict)
-    start: dict[str, float | int] = field(default_factory=dict)
+    # of an FMU run alone: inputs, constant from t = 0 on or a list with a value for each step, and start values of parameters;
+    # a value is of the Python type of its variable
+    drive: Mapping[str, Value | Sequence[Value]] = field(default_factory=dict)
+    start: Mapping[str, Value] = field(default_factory=dict)
+    # of fmpy alone: the ends of all steps [s] in place of equal ones, and FMI 3.0's event mode with early return
+    ends: list[float] = field(default_factory=list)
+    events: bool = False
+
+    def inputs(self, step: int) -> dict[str, Value]:
+        """The inputs that this step, counted from 0, has to set: all at first, then those that differ from the step before."""
+        now, before = ({n: v[i] if isinstance(v, Sequence) else v for n, v in self.drive.items()} for i in (step, max(step - 1, 0)))
+        return {name: value for name, value in now.items() if step == 0 or value != before[name]}
 
 
 @dataclass(frozen=True)
 class Run:
-    """What a master gave: its times [s] before the first step and after each, the values after each step, and its log."""
+    """What a master gave: its times [s] before the first step and after each, the values after each step, and its log.
+
+    Of fmpy with event mode also the times [s] at which a step ended for an event.
+    """
 
     times: list[float]
     rows: list[list[float]]
     log: str
+    events: list[float] = field(default_factory=list)
 
 
 def run_jobs(master: str, jobs: dict[str, Job], folder: Path) -> dict[str, Run]:
@@ -59,7 +77,7 @@ def run_jobs(master: str, jobs: dict[str, Job], folder: Path) -> dict[str, Run]:
         done = run()
     log = f"{done.stdout}{done.stderr}"
     assert done.returncode == 0, f"status {done.returncode}: {log}"
-    return {name: Run(found["times"], found["rows"], log) for name, found in json.loads(answer.read_text()).items()}
+    return {name: Run(**found, log=log) for name, found in json.loads(answer.read_text()).items()}
 
 
 def tbb_folder() -> Path:
@@ -67,6 +85,10 @@ def tbb_folder() -> Path:
     found = [file for file in distribution("tbb").files or [] if file.name == "libtbb.so.12"]
     assert found, "the package tbb has no libtbb.so.12"
     return Path(str(distribution("tbb").locate_file(found[0]))).resolve().parent
+
+
+def kind_of(value: Value) -> str:
+    return "boolean" if isinstance(value, bool) else "integer" if isinstance(value, int) else "real"
 
 
 def run_libcosim(job: Job) -> dict[str, Any]:
@@ -93,17 +115,19 @@ def run_libcosim(job: Job) -> dict[str, Any]:
         for name, index in slaves.items()
         for variable in execution.slave_variables(index)
     }
+    first = {
+        "real": execution.real_initial_value,
+        "integer": execution.integer_initial_value,
+        "boolean": execution.boolean_initial_value,
+    }
     for name, value in job.start.items():
-        place = slaves[INSTANCE], references[INSTANCE, name]
-        if isinstance(value, int):
-            assert execution.integer_initial_value(*place, value)
-        else:
-            assert execution.real_initial_value(*place, value)
-    for name, value in job.drive.items():
-        assert override.slave_real_values(slaves[INSTANCE], [references[INSTANCE, name]], [value])
+        assert first[kind_of(value)](slaves[INSTANCE], references[INSTANCE, name], value)
+    write = {"real": override.slave_real_values, "integer": override.slave_integer_values, "boolean": override.slave_boolean_values}
     read = {"real": observer.last_real_values, "integer": observer.last_integer_values, "boolean": observer.last_boolean_values}
     times, rows = [0], []
-    for _ in range(job.steps):
+    for step_number in range(job.steps):
+        for name, value in job.inputs(step_number).items():
+            assert write[kind_of(value)](slaves[INSTANCE], [references[INSTANCE, name]], [value])
         assert execution.step()
         times.append(execution.status().current_time)
         rows.append([read[kind](slaves[name], [references[name, variable]])[0] for name, variable, kind in job.record])
@@ -124,16 +148,45 @@ def run_ecos(job: Job) -> dict[str, Any]:
         structure.add_parameter_set("nominal", {f"{INSTANCE}::{name}": value for name, value in job.start.items()})
         simulation = EcosSimulation(job.step, structure=structure)
     assert simulation.init(parameter_set="nominal"), EcosLib.get_last_error()
-    for name, value in job.drive.items():
-        simulation.set_real(f"{INSTANCE}::{name}", value)
+    write = {"real": simulation.set_real, "integer": simulation.set_integer, "boolean": simulation.set_bool}
     read = {"real": simulation.get_real, "integer": simulation.get_integer, "boolean": simulation.get_bool}
     times, rows = [simulation.get_time()], []
-    for _ in range(job.steps):
+    for step_number in range(job.steps):
+        for name, value in job.inputs(step_number).items():
+            write[kind_of(value)](f"{INSTANCE}::{name}", value)
         times.append(simulation.step())
         rows.append([read[kind](f"{name}::{variable}") for name, variable, kind in job.record])
     simulation.terminate()
     simulation.free()
     return {"times": times, "rows": rows}
+
+
+def run_fmpy(job: Job) -> dict[str, Any]:
+    """A run of an FMU by fmpy's calls, over steps that end where the job says; inputs change in event mode where there is one."""
+    from native_drivers import Driver
+
+    driver = Driver(Path(job.path), **({"eventModeUsed": True, "earlyReturnAllowed": True} if job.events else {}))
+    driver.initialize(dict(job.start))
+    times = [0.0, *(job.ends or [(i + 1) * job.step for i in range(job.steps)])]
+    rows, events = [], []
+    for step_number, (t, end) in enumerate(itertools.pairwise(times)):
+        changed = job.inputs(step_number)
+        if job.events and changed and step_number > 0:
+            driver.slave.enterEventMode()
+        driver.set(changed)
+        if job.events and (changed or step_number == 0):
+            driver.leave_event_mode()
+        while t < end:
+            event, reached = driver.step(t, end - t)
+            t = reached if event else end
+            assert event or math.isclose(reached, end, rel_tol=1e-14), f"returned at {reached} s of {end} s without an event"
+            if event:
+                events.append(t)
+                driver.handle_event()
+        rows.append([driver.get(variable) for _, variable, _ in job.record])
+    driver.slave.terminate()
+    driver.close()
+    return {"times": times, "rows": rows, "events": events}
 
 
 ECOS = "http://github.com/Ecos-platform/libecos/resources/schema"
@@ -211,7 +264,7 @@ def write_system(
 def main() -> None:
     """Answer the request named on the command line."""
     master, request, answer = sys.argv[1:]
-    run = {"libcosim": run_libcosim, "ecos": run_ecos}[master]
+    run = {"libcosim": run_libcosim, "ecos": run_ecos, "fmpy": run_fmpy}[master]
     jobs = {name: Job(**job) for name, job in json.loads(Path(request).read_text()).items()}
     Path(answer).write_text(json.dumps({name: run(job) for name, job in jobs.items()}))
 
