@@ -68,10 +68,11 @@ def system_file(
 
 
 def checksum(content: bytes) -> int:
-    """FNV-1a, word by word."""
+    """FNV-1a, word by word, and the high bits mixed with the low ones (see file.c)."""
     found = 0xCBF29CE484222325
     for (word,) in struct.iter_unpack("<Q", content):
         found = (found ^ word) * 0x100000001B3 % (1 << 64)
+        found ^= found >> 32
     return found
 
 

@@ -85,9 +85,10 @@ typedef struct {
     const char *get_name;
     const char *set_name;
     int in_event_mode; /* it is set in event mode alone */
-    int known;         /* `values` are what it has been set to */
+    int known;         /* `values` are what it has been set to; `first` what they are at the beginning */
     int waiting;       /* to be set: in the call at work, or at the next event */
     void *values;
+    void *first;
 } Whole;
 
 /* What an element of an outer variable stands for: a place on the bus, or an element of a whole. */
@@ -175,6 +176,8 @@ struct Container {
     Status step_status;
     int tolerance_defined, stop_defined;
     double tolerance, stop;
+    int hurt;            /* an FMU inside has failed in the call at work, or halfway: only a reset or a saved state leads on */
+    void *states;        /* all that have been saved and not freed */
     uint64_t arithmetic; /* the host's */
     int logging;
     void *environment;
@@ -209,10 +212,11 @@ Status set_up_inner(Container *, Inner *);
 Status call_inner(Container *, Inner *, const char *function); /* fmi2... or fmi3..., that takes the instance alone */
 Status judge_call(Container *, Inner *, const char *function, int status);
 Function function_of(const Inner *, const char *function);
+Status lacks(Container *, const Inner *, const char *function); /* says so; an error */
 
 /* life.c */
 Container *new_container(const char *name, const char *token, char *resources);
-int begin_container(Container *);
+int begin_container(Container *, int known_kind);
 void free_container(Container *);
 int allowed(Container *, const char *function, int phases);
 Status set_start(Container *, double start, int stop_defined, double stop, int tolerance_defined, double tolerance);
@@ -247,6 +251,7 @@ Status free_state(Container *, void **state);
 Status state_size(Container *, void *state, size_t *size);
 Status serialize_state(Container *, void *state, void *bytes, size_t size);
 Status deserialize_state(Container *, const void *bytes, size_t size, void **state);
+void free_all_states(Container *, int lost);
 size_t fields_size(const Container *);
 void write_fields(const Container *, unsigned char *at);
 void read_fields(Container *, const unsigned char *at);
@@ -259,8 +264,9 @@ void logger2(void *environment, fmi2String name, fmi2Status status, fmi2String c
 void logger3(void *environment, fmi3Status status, fmi3String category, fmi3String message);
 int set_logging(Container *, int on, size_t categories, const char *const category[]);
 
-/* The container's calls of FMUs begin and end here: the host's rounding is kept, and messages without an environment find it. */
+/* The container's calls of FMUs begin and end here: the host's rounding is kept, and messages without an environment find it. The
+   call's status, worse if an FMU must not be called any more, comes back; the phase is settled. */
 void enter(Container *);
-void leave(Container *);
+Status leave(Container *, Status);
 
 #endif

@@ -3,6 +3,8 @@
 #include "container.h"
 #include "fields.h"
 
+#include <float.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -112,7 +114,7 @@ static void *values(Reader *reader, int type, size_t items) {
         const uint64_t bits = word(reader);
         double value;
         memcpy(&value, &bits, sizeof value);
-        const float single = (float)value;
+        const float single = fabs(value) <= FLT_MAX || !isfinite(value) ? (float)value : 0.0f;
         unsigned char *const at = found + i * size_of(type);
         if (type == TYPE_F4)
             memcpy(at, &single, 4);
@@ -175,8 +177,9 @@ static void *pointer(Reader *reader, const Arrays *arrays, uint64_t told) {
         return 0;
     }
     const size_t size = arrays->kind[which]->fields > 1 ? arrays->kind[which]->size : 1;
-    if (place * size > arrays->array[which].count * arrays->kind[which]->size) reader->damaged = 1;
-    return (char *)arrays->array[which].at + place * size;
+    const uint64_t bytes = place * size, all = (uint64_t)arrays->array[which].count * arrays->kind[which]->size;
+    if (bytes > all) reader->damaged = 1;
+    return bytes > all ? 0 : (char *)arrays->array[which].at + (size_t)bytes;
 }
 
 /* Some functions need not exist: what is called in event mode alone, and the reset, which is looked for when it is asked for. */
@@ -278,6 +281,7 @@ static void read_labels(Reader *reader) {
     for (size_t i = 0; i < container->system.transfers.count && !reader->damaged; i++) {
         Label *const label = &container->label[i];
         label->inner = number(reader);
+        if (label->inner < 0 || (size_t)label->inner >= container->inners) reader->damaged = 1;
         label->function = symbol(reader);
         label->element = texts(reader, &label->elements);
     }
@@ -321,6 +325,9 @@ static void read_targets(Reader *reader, const Variable *variable, Slot *slot) {
         target[i].mapping = (const double *)values(reader, TYPE_F8, 2 * target[i].mapped);
         const size_t places = variable->on_bus ? reader->container->system.bus.count : reader->container->wholes;
         if (target[i].place < 0 || (size_t)target[i].place >= places) reader->damaged = 1;
+        if (reader->damaged || variable->on_bus) continue;
+        const Whole *const whole = &reader->container->whole[target[i].place];
+        if (target[i].element < 0 || (size_t)target[i].element >= whole->length) reader->damaged = 1;
     }
 }
 
@@ -351,6 +358,7 @@ static void read_variables(Reader *reader) {
         for (size_t k = 0; k < variable->slots && !reader->damaged; k++) {
             variable->slot[k].start = real(reader);
             read_targets(reader, variable, &variable->slot[k]);
+            if (!variable->slot[k].targets) reader->damaged = 1;
             read_steered(reader, &variable->slot[k]);
         }
     }
@@ -362,8 +370,9 @@ static void read_all(Reader *reader) {
     if (!reader->damaged) container->name = name, container->token = token;
     container->longest = real(reader);
     container->symbol = texts(reader, &container->symbols);
-    container->inners = count(reader, 10);
-    container->inner = (Inner *)room(reader, container->inners, sizeof *container->inner);
+    const size_t inners = count(reader, 10);
+    container->inner = (Inner *)room(reader, inners, sizeof *container->inner);
+    container->inners = container->inner ? inners : 0;
     for (size_t i = 0; i < container->inners && !reader->damaged; i++) read_inner(reader, &container->inner[i]);
     for (size_t i = 0; i < container->inners && !reader->damaged; i++)
         if (!load_inner(container, &container->inner[i])) reader->damaged = 2; /* which is said */
@@ -374,10 +383,13 @@ static void read_all(Reader *reader) {
     if (!reader->damaged) read_variables(reader);
 }
 
-/* FNV-1a, word by word. */
+/* FNV-1a, word by word, and the high bits mixed with the low ones: changes of two words' highest bits would cancel each other. */
 static uint64_t checksum(const unsigned char *at, size_t words) {
     uint64_t sum = 0xcbf29ce484222325ull;
-    for (size_t i = 0; i < words; i++) sum = (sum ^ word_at(at + 8 * i)) * 0x100000001b3ull;
+    for (size_t i = 0; i < words; i++) {
+        sum = (sum ^ word_at(at + 8 * i)) * 0x100000001b3u;
+        sum ^= sum >> 32;
+    }
     return sum;
 }
 
@@ -420,16 +432,19 @@ int read_system(Container *container, const char *path) {
     return whole;
 }
 
-static const AnyArray *array_of(const Container *container, size_t which) {
-    return (const AnyArray *)(const void *)((const char *)&container->system + which * sizeof(AnyArray));
+/* Its arrays differ in what they point to, so that they are copied, not looked at by another type. */
+static AnyArray array_of(const Container *container, size_t which) {
+    AnyArray found;
+    memcpy(&found, (const char *)&container->system + which * sizeof found, sizeof found);
+    return found;
 }
 
 void put_handles(Container *container) {
     for (size_t which = 0; which < ARRAY_COUNT; which++)
         for (int k = 0; k < ARRAYS[which].fields; k++) {
             if (ARRAYS[which].field[k].kind != FIELD_HANDLE) continue;
-            unsigned char *at = (unsigned char *)array_of(container, which)->at + ARRAYS[which].field[k].offset;
-            for (size_t i = 0; i < array_of(container, which)->count; i++, at += ARRAYS[which].size) {
+            unsigned char *at = (unsigned char *)array_of(container, which).at + ARRAYS[which].field[k].offset;
+            for (size_t i = 0; i < array_of(container, which).count; i++, at += ARRAYS[which].size) {
                 void *handle;
                 memcpy(&handle, at, sizeof handle);
                 const uintptr_t inner = (uintptr_t)handle;
@@ -449,7 +464,7 @@ static size_t fields_of(const RecordKind *kind) {
 
 size_t fields_size(const Container *container) {
     size_t fields = fields_of(&CONTROL_KIND);
-    for (size_t i = 0; i < ARRAY_COUNT; i++) fields += fields_of(&ARRAYS[i]) * array_of(container, i)->count;
+    for (size_t i = 0; i < ARRAY_COUNT; i++) fields += fields_of(&ARRAYS[i]) * array_of(container, i).count;
     return 8 * fields;
 }
 
@@ -476,7 +491,7 @@ static unsigned char *copy_fields(const RecordKind *kind, unsigned char *records
 static void copy_all(Container *container, unsigned char *at, int back) {
     at = copy_fields(&CONTROL_KIND, (unsigned char *)&container->control, 1, at, back);
     for (size_t i = 0; i < ARRAY_COUNT; i++)
-        at = copy_fields(&ARRAYS[i], (unsigned char *)array_of(container, i)->at, array_of(container, i)->count, at, back);
+        at = copy_fields(&ARRAYS[i], (unsigned char *)array_of(container, i).at, array_of(container, i).count, at, back);
 }
 
 void write_fields(const Container *container, unsigned char *at) { copy_all((Container *)container, at, 0); }

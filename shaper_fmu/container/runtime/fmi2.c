@@ -16,9 +16,7 @@
 /* A call that reaches the FMUs inside. */
 #define DO(call) \
     enter(container); \
-    const Status status = call; \
-    leave(container); \
-    return (fmi2Status)status
+    return (fmi2Status)leave(container, call)
 
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 
@@ -43,13 +41,9 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     }
     container->logging = loggingOn != 0;
     enter(container);
-    int done = begin_container(container);
-    if (done && fmuType != fmi2CoSimulation) {
-        complain(container, ERROR, "%s: this kind of simulation is not supported", container->name);
-        done = 0;
-    }
+    const int done = begin_container(container, fmuType == fmi2CoSimulation);
     container->given_token = 0;
-    leave(container);
+    leave(container, OK);
     if (done) return container;
     free_container(container);
     return 0;
@@ -163,7 +157,6 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 static Status step(Container *container, double t, double h, int no_going_back) {
     const Status status = advance(container, t, h, no_going_back);
     container->step_status = status;
-    if (status == FATAL || (status == ERROR && container->control.fault)) settle_phase(container, status);
     return status;
 }
 

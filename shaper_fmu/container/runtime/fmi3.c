@@ -15,9 +15,7 @@
 /* A call that reaches the FMUs inside. */
 #define DO(call) \
     enter(container); \
-    const Status status = call; \
-    leave(container); \
-    return (fmi3Status)status
+    return (fmi3Status)leave(container, call)
 
 const char *fmi3GetVersion(void) { return fmi3Version; }
 
@@ -36,13 +34,9 @@ static Container *instantiate(fmi3String name, fmi3String token, fmi3String reso
     }
     container->logging = logging != 0;
     enter(container);
-    int done = begin_container(container);
-    if (done && !known) {
-        complain(container, ERROR, "%s: this kind of simulation is not supported", container->name);
-        done = 0;
-    }
+    const int done = begin_container(container, known);
     container->given_token = 0;
-    leave(container);
+    leave(container, OK);
     if (done) return container;
     free_container(container);
     return 0;
@@ -126,11 +120,10 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
         !nextEventTimeDefined || !nextEventTime)
         return (fmi3Status)complain(container, ERROR, "%s: %s: a pointer is null", container->name, __func__);
     enter(container);
-    Status status = update_events(container, nextEventTime);
-    leave(container);
+    Status status = leave(container, update_events(container, nextEventTime));
     *discreteStatesNeedUpdate = *nominalsOfContinuousStatesChanged = *valuesOfContinuousStatesChanged = fmi3False;
     *terminateSimulation = status != OK && container->control.fault == FAULT_TERMINATED;
-    if (*terminateSimulation) status = OK;
+    if (*terminateSimulation) status = OK, container->terminated = 1;
     *nextEventTimeDefined = status <= WARNING && !*terminateSimulation && *nextEventTime < NO_EVENT;
     return (fmi3Status)settle_phase(container, status);
 }
@@ -153,8 +146,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     if (!eventHandlingNeeded || !terminateSimulation || !earlyReturn || !lastSuccessfulTime)
         return (fmi3Status)complain(container, ERROR, "%s: %s: a pointer is null", container->name, __func__);
     enter(container);
-    Status status = advance(container, currentCommunicationPoint, communicationStepSize, noSetFMUStatePriorToCurrentPoint);
-    leave(container);
+    Status status = leave(container, advance(container, currentCommunicationPoint, communicationStepSize, noSetFMUStatePriorToCurrentPoint));
     const Control *const control = &container->control;
     const int ended = control->fault == FAULT_TERMINATED;
     *terminateSimulation = ended;
@@ -162,7 +154,6 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     *lastSuccessfulTime = control->t;
     *earlyReturn = (status <= WARNING && control->paused && control->done < control->steps) || ended;
     if (ended) status = OK; /* the flag says it */
-    if (status == FATAL || (status == ERROR && control->fault)) settle_phase(container, status);
     return (fmi3Status)status;
 }
 

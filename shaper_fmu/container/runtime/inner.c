@@ -43,6 +43,10 @@ int load_inner(Container *container, Inner *inner) {
 
 Function function_of(const Inner *inner, const char *function) { return find_function(inner->library, function); }
 
+Status lacks(Container *container, const Inner *inner, const char *function) {
+    return complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, function);
+}
+
 /* The FMU's status as that of a call of the container; what is wrong is said. */
 Status judge_call(Container *container, Inner *inner, const char *function, int status) {
     return status == OK || status == WARNING ? (Status)status : inner_failure(container, inner, function, status);
@@ -50,7 +54,7 @@ Status judge_call(Container *container, Inner *inner, const char *function, int 
 
 Status call_inner(Container *container, Inner *inner, const char *function) {
     SimpleFunction *const called = (SimpleFunction *)function_of(inner, function);
-    if (!called) return complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, function);
+    if (!called) return lacks(container, inner, function);
     return judge_call(container, inner, function, called(inner->handle));
 }
 
@@ -147,8 +151,7 @@ static Status set_values_of(Container *container, Inner *inner, int phase) {
         const Setting *const setting = &inner->settings[i];
         if (setting->phase != phase) continue;
         const Function function = function_of(inner, setting->function);
-        if (!function)
-            return complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, setting->function);
+        if (!function) return lacks(container, inner, setting->function);
         const int status =
             inner->version == 2 ? ((Fmi2Transfer *)function)(inner->handle, &setting->reference, 1, setting->values)
                                 : ((Fmi3Transfer *)function)(inner->handle, &setting->reference, 1, setting->values, setting->count);
@@ -175,12 +178,14 @@ Status set_up_inner(Container *container, Inner *inner) {
     const double tolerance = container->tolerance_defined ? container->tolerance : own;
     if (inner->version == 2) {
         Fmi2SetupExperiment *const set_up = (Fmi2SetupExperiment *)function_of(inner, "fmi2SetupExperiment");
+        if (!set_up) return lacks(container, inner, "fmi2SetupExperiment");
         const int status = set_up(inner->handle, tolerance > 0.0, tolerance, start, container->stop_defined, container->stop);
         if (judge_call(container, inner, "fmi2SetupExperiment", status) > WARNING) return ERROR;
         if (call_inner(container, inner, "fmi2EnterInitializationMode") > WARNING) return ERROR;
     } else {
         const char *const name = "fmi3EnterInitializationMode";
         Fmi3EnterInitializationMode *const enter_mode = (Fmi3EnterInitializationMode *)function_of(inner, name);
+        if (!enter_mode) return lacks(container, inner, name);
         const int status = enter_mode(inner->handle, tolerance > 0.0, tolerance, start, container->stop_defined != 0, container->stop);
         if (judge_call(container, inner, name, status) > WARNING) return ERROR;
     }

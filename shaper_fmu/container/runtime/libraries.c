@@ -157,7 +157,9 @@ static char *own_file(const void *here) {
 
 /* The path of a file: URL, in place; anything else is a path already. */
 static void url_to_path(char *url) {
-    if (strncmp(url, "file:", 5)) return;
+    const char *const scheme = "file:";
+    for (int i = 0; i < 5; i++)
+        if (tolower((unsigned char)url[i]) != scheme[i]) return;
     char *from = url + 5, *to = url;
     if (!strncmp(from, "//", 2)) {
         from += 2;

@@ -46,11 +46,28 @@ static void begin_anew(Container *container) {
             for (size_t n = 0; container->variable[i].on_bus && n < slot->targets; n++)
                 container->system.bus.at[slot->target[n].place] = slot->start;
         }
-    for (size_t i = 0; i < container->wholes; i++) container->whole[i].waiting = 0;
+    container->origin = container->control.start;
+    for (size_t i = 0; i < container->wholes; i++) {
+        Whole *const whole = &container->whole[i];
+        whole->waiting = 0;
+        if (whole->first) memcpy(whole->values, whole->first, 8 * whole->length);
+    }
 }
 
-/* Read the system, and make all instances; 0 if that fails, which is said. */
-int begin_container(Container *container) {
+/* Keep what whole arrays are set to at the beginning: a reset brings back the elements that nobody sets. */
+static int keep_first_values(Container *container) {
+    for (size_t i = 0; i < container->wholes; i++) {
+        Whole *const whole = &container->whole[i];
+        if (!whole->known) continue;
+        whole->first = take(container, whole->length, 8);
+        if (!whole->first) return complain(container, ERROR, "%s: there is not enough memory", container->name), 0;
+        memcpy(whole->first, whole->values, 8 * whole->length);
+    }
+    return 1;
+}
+
+/* Read the system, and make all instances; 0 if that fails, which is said, or if the host wants what is none of its kinds. */
+int begin_container(Container *container, int known_kind) {
     char *const path = container->resources ? joined(container->resources, "container/system.bin") : 0;
     if (!path) {
         complain(container, ERROR, "%s: the host tells no resources, and there are none beside this library", container->name);
@@ -59,6 +76,10 @@ int begin_container(Container *container) {
     int done = read_system(container, path);
     free(path);
     if (!done) return 0;
+    if (!known_kind) {
+        complain(container, ERROR, "%s: this kind of simulation is not supported", container->name);
+        return 0;
+    }
     if (!*container->instance_name) {
         complain(container, ERROR, "%s: an instance needs a name", container->name);
         return 0;
@@ -73,19 +94,23 @@ int begin_container(Container *container) {
     put_handles(container);
     container->control = container->fresh;
     container->beginning = (unsigned char *)take(container, fields_size(container), 1);
-    if (!container->beginning) return 0;
+    if (!container->beginning) return complain(container, ERROR, "%s: there is not enough memory", container->name), 0;
     write_fields(container, container->beginning);
+    if (!keep_first_values(container)) return 0;
     begin_anew(container);
     return prepare(container) <= WARNING;
 }
 
 void free_container(Container *container) {
     int lost = 0;
+    enter(container);
     for (size_t i = 0; i < container->inners; i++) lost |= container->inner[i].failed;
+    free_all_states(container, lost);
     for (size_t i = container->inners; i-- > 0;) {
         container->inner[i].failed |= lost; /* FMI allows no call of any instance of an FMU that has failed beyond repair */
         if (!lost) free_inner(&container->inner[i]);
     }
+    leave(container, OK);
     for (size_t i = 0; i < container->takings; i++) free(container->taken[i]);
     free(container->taken);
     free(container->resources);
@@ -108,18 +133,19 @@ static const char *phase_name(Phase phase) {
 /* Whether the function may be called now; if not, says so. */
 int allowed(Container *container, const char *function, int phases) {
     if (!container) return 0;
-    if (container->phase & phases) return 1;
+    if ((int)container->phase & phases) return 1;
     complain(container, ERROR, "%s: %s cannot be called %s", container->name, function, phase_name(container->phase));
     return 0;
 }
 
-/* After a call that has failed. */
+/* After a call that has failed. Only a step can be refused (Discard) so that all is as it was. */
 Status settle_phase(Container *container, Status status) {
+    if (status <= WARNING) return status;
     if (status == FATAL)
         container->phase = LOST;
-    else if (status == ERROR)
+    else if (container->phase != LOST)
         container->phase = FAILED;
-    return status;
+    return status == FATAL ? FATAL : ERROR;
 }
 
 Status set_start(Container *container, double start, int stop_defined, double stop, int tolerance_defined, double tolerance) {
@@ -139,14 +165,16 @@ Status set_start(Container *container, double start, int stop_defined, double st
 /* Bring outputs to inputs, once more if some have changed meanwhile. */
 Status initialize_again(Container *container) {
     Control *const control = &container->control;
-    container->dirty = 0;
     if (!loop_initialize(&container->system, control, control->t)) return tell_fault(container);
+    container->dirty = 0;
     if (!container->cuts.count) return OK;
     System in_loops = container->system;
     in_loops.cut_places = container->cuts;
     in_loops.loop_memory = container->cut_memory;
     container->cut_memory.at[container->cut_memory.count - 1] = 0.0; /* no Jacobian is known */
-    return loop_close_loops(&in_loops, control, control->t) ? OK : tell_fault(container);
+    if (loop_close_loops(&in_loops, control, control->t)) return OK;
+    container->dirty = 1;
+    return tell_fault(container);
 }
 
 Status enter_initialization(Container *container) {

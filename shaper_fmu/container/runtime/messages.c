@@ -22,11 +22,16 @@ void enter(Container *container) {
     container->arithmetic = loop_arithmetic_mode();
     if (container->arithmetic != loop_standard_arithmetic()) loop_set_arithmetic_mode(loop_standard_arithmetic());
     at_work = container;
+    container->hurt = 0;
 }
 
-void leave(Container *container) {
+Status leave(Container *container, Status status) {
     at_work = 0;
     if (loop_arithmetic_mode() != container->arithmetic) loop_set_arithmetic_mode(container->arithmetic);
+    if (container->hurt) settle_phase(container, ERROR);
+    for (size_t i = 0; i < container->inners; i++)
+        if (container->inner[i].failed) return settle_phase(container, FATAL);
+    return status;
 }
 
 static void log_text(Container *container, Status status, const char *text) {
@@ -81,9 +86,13 @@ static void put_formatted(char *text, size_t size, const char *format, va_list a
             continue;
         }
         char one[40];
-        size_t length = 1 + strspn(format + 1, "-+ #0123456789."), longs = 0;
-        for (; format[length] && strchr("hlLzjt", format[length]); length++)
-            if (format[length] == 'l' || format[length] == 'z' || format[length] == 'j' || format[length] == 't') longs++;
+        size_t length = 1 + strspn(format + 1, "-+ #0123456789."), bytes = sizeof(int), longs = 0;
+        for (; format[length] && strchr("hlLzjt", format[length]); length++) {
+            const char c = format[length];
+            if (c == 'l') bytes = longs++ ? sizeof(long long) : sizeof(long);
+            if (c == 'j') bytes = sizeof(intmax_t);
+            if (c == 'z' || c == 't') bytes = c == 'z' ? sizeof(size_t) : sizeof(ptrdiff_t);
+        }
         const char kind = format[length];
         if (!kind || length + 2 > sizeof one) break;
         memcpy(one, format, length + 1);
@@ -91,8 +100,8 @@ static void put_formatted(char *text, size_t size, const char *format, va_list a
         const size_t room = size - used;
         int put;
         if (strchr("diouxXc", kind))
-            put = longs > 1 || (longs && sizeof(long) == 8) ? snprintf(text + used, room, one, va_arg(arguments, long long))
-                                                           : snprintf(text + used, room, one, va_arg(arguments, int));
+            put = bytes > sizeof(int) ? snprintf(text + used, room, one, va_arg(arguments, long long))
+                                      : snprintf(text + used, room, one, va_arg(arguments, int));
         else if (strchr("eEfFgGaA", kind) && format[length - 1] != 'L')
             put = snprintf(text + used, room, one, va_arg(arguments, double));
         else if (kind == 's' && !longs) {
@@ -155,7 +164,8 @@ static Status say_failure(Container *container, Inner *inner, const char *functi
     else
         snprintf(when, sizeof when, " %s", container->phase & INSTANTIATED ? "before initialization" : "at initialization");
     if (status == FATAL) inner->failed = 1;
-    const Status outer = status == FATAL ? FATAL : status == DISCARD ? DISCARD : ERROR;
+    const Status outer = status == FATAL ? FATAL : status == DISCARD || status == OK ? DISCARD : ERROR; /* OK: it ends the simulation */
+    if (outer == ERROR) container->hurt = 1;
     return complain(container, outer, "%s: %s%s: %s %s%s%s", container->name, inner->name, when, function, words,
                   *inner->said ? ": " : " and gave no message", inner->said);
 }

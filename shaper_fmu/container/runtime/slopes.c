@@ -38,10 +38,7 @@ static int steer(Container *container) {
                 Fmi2SetRealInputDerivatives *const function = (Fmi2SetRealInputDerivatives *)function_of(inner, name);
                 const double slope = steered->gain * slot->slope;
                 const int32_t order = 1;
-                if (!function) {
-                    complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, name);
-                    return 0;
-                }
+                if (!function) return lacks(container, inner, name), 0;
                 if (judge_call(container, inner, name, function(inner->handle, &steered->reference, 1, &order, &slope)) > WARNING) return 0;
             }
         }

@@ -8,12 +8,13 @@
 #define MARK 0x53545445u
 
 typedef struct {
-    uint32_t phase, dirty, ready, waiting, entered, terminated, sloping, steering;
-    double origin;
+    uint32_t phase, dirty, ready, waiting, entered, terminated, sloping, steering, discarded, event_mode, stop_defined, tolerance_defined;
+    double origin, stop, tolerance;
 } Flags;
 
 /* A saved state; its bytes are flags, fields and wholes. */
-typedef struct {
+typedef struct State {
+    struct State *next; /* of the same container */
     size_t size;
     unsigned char *bytes;
     size_t inners;
@@ -25,6 +26,7 @@ typedef struct {
     uint32_t mark, inners;
     uint64_t token; /* its digest */
     uint64_t size;  /* of the container's own bytes; those of the instances follow, each after their number */
+    uint64_t sum;   /* checksum of all that follows */
 } Head;
 
 typedef int StateFunction(void *instance, void **state);
@@ -47,16 +49,19 @@ enum { GET_STATE, SET_STATE, FREE_STATE, STATE_SIZE, SERIALIZE, DESERIALIZE };
 
 static Function function_for(Container *container, Inner *inner, int which) {
     const Function found = function_of(inner, name_of(inner, which));
-    if (!found)
-        complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, name_of(inner, which));
+    if (!found) lacks(container, inner, name_of(inner, which));
     return found;
 }
 
-static uint64_t digest(const char *text) {
-    uint64_t sum = 0xcbf29ce484222325ull;
-    for (; *text; text++) sum = (sum ^ (unsigned char)*text) * 0x100000001b3ull;
+/* FNV-1a */
+static uint64_t digest(const void *bytes, size_t size) {
+    const unsigned char *const at = (const unsigned char *)bytes;
+    uint64_t sum = 0xcbf29ce484222325u;
+    for (size_t i = 0; i < size; i++) sum = (sum ^ at[i]) * 0x100000001b3u;
     return sum;
 }
+
+static uint64_t token_digest(const Container *container) { return digest(container->token, strlen(container->token)); }
 
 static size_t bytes_of(const Whole *whole) { return whole->type >= TYPE_STRING ? 0 : 8 * whole->length; }
 
@@ -70,7 +75,9 @@ static size_t own_size(const Container *container) {
 static void write_own(Container *container, unsigned char *at) {
     const Flags flags = {(uint32_t)container->phase,   (uint32_t)container->dirty,   (uint32_t)container->ready,
                          (uint32_t)container->waiting, (uint32_t)container->entered, (uint32_t)container->terminated,
-                         (uint32_t)container->sloping, (uint32_t)container->steering, container->origin};
+                         (uint32_t)container->sloping, (uint32_t)container->steering, (uint32_t)container->discarded,
+                         (uint32_t)container->event_mode, (uint32_t)container->stop_defined, (uint32_t)container->tolerance_defined,
+                         container->origin, container->stop, container->tolerance};
     memcpy(at, &flags, sizeof flags);
     write_fields(container, at + sizeof flags);
     at += sizeof flags + fields_size(container);
@@ -97,7 +104,11 @@ static void read_own(Container *container, const unsigned char *at) {
     container->origin = flags.origin;
     container->sloping = (int)flags.sloping;
     container->steering = (int)flags.steering;
-    container->discarded = 0;
+    container->discarded = (int)flags.discarded;
+    container->stop_defined = (int)flags.stop_defined;
+    container->stop = flags.stop;
+    container->tolerance_defined = (int)flags.tolerance_defined;
+    container->tolerance = flags.tolerance;
     read_fields(container, at + sizeof flags);
     at += sizeof flags + fields_size(container);
     for (size_t i = 0; i < container->variables; i++)
@@ -128,11 +139,20 @@ static State *new_state(Container *container) {
     return 0;
 }
 
-Status free_state(Container *container, void **place) {
-    State *const state = place ? (State *)*place : 0;
+/* The host's state, if this container has saved it, or the place where it is kept; else null, and that is said. */
+static State **find_state(Container *container, const void *told) {
+    State **place = (State **)&container->states;
+    while (*place && *place != told) place = &(*place)->next;
+    if (told && *place) return place;
+    complain(container, ERROR, told ? "%s: this is no state of this instance, or it has been freed" : "%s: there is no state (null pointer)",
+             container->name);
+    return 0;
+}
+
+/* Free a state that is not, or no more, among the container's; the FMUs' parts of it, too, unless they are lost. */
+static Status destroy(Container *container, State *state, int lost) {
     Status worst = OK;
-    if (!state) return OK;
-    for (size_t i = 0; i < state->inners; i++) {
+    for (size_t i = 0; i < state->inners && !lost; i++) {
         Inner *const inner = &container->inner[i];
         if (!state->inner[i]) continue;
         StateFunction *const function = (StateFunction *)function_for(container, inner, FREE_STATE);
@@ -142,34 +162,71 @@ Status free_state(Container *container, void **place) {
     free(state->bytes);
     free(state->inner);
     free(state);
-    *place = 0;
     return worst;
 }
 
-Status save_state(Container *container, void **place) {
-    if (!place) return complain(container, ERROR, "%s: a pointer is null", container->name);
-    State *state = (State *)*place;
-    if (!state) state = new_state(container);
+Status free_state(Container *container, void **told) {
+    if (!told || !*told) return OK;
+    State **const place = find_state(container, *told);
+    if (!place) return ERROR;
+    State *const state = *place;
+    *place = state->next;
+    *told = 0;
+    return destroy(container, state, 0);
+}
+
+/* At the container's end: those that the host has left. */
+void free_all_states(Container *container, int lost) {
+    while (container->states) {
+        State *const state = (State *)container->states;
+        container->states = state->next;
+        destroy(container, state, lost);
+    }
+}
+
+/* From now on it is one of the container's. */
+static void keep_state(Container *container, State *state) {
+    state->next = (State *)container->states;
+    container->states = state;
+}
+
+Status save_state(Container *container, void **told) {
+    if (!told) return complain(container, ERROR, "%s: a pointer is null", container->name);
+    State **const place = *told ? find_state(container, *told) : 0;
+    if (*told && !place) return ERROR;
+    State *const state = place ? *place : new_state(container);
     if (!state) return ERROR;
     write_own(container, state->bytes);
-    for (size_t i = 0; i < container->inners; i++) {
+    Status status = OK;
+    for (size_t i = 0; i < container->inners && status <= WARNING; i++) {
         Inner *const inner = &container->inner[i];
         StateFunction *const function = (StateFunction *)function_for(container, inner, GET_STATE);
-        const Status status = function ? judge_call(container, inner, name_of(inner, GET_STATE), function(inner->handle, &state->inner[i])) : ERROR;
-        if (status > WARNING) {
-            void *failed = state;
-            free_state(container, &failed);
-            *place = 0;
-            return status;
-        }
+        status = function ? judge_call(container, inner, name_of(inner, GET_STATE), function(inner->handle, &state->inner[i])) : ERROR;
     }
-    *place = state;
+    if (status > WARNING && place) { /* one half is of now, the other as it was */
+        *place = state->next;
+        *told = 0;
+    }
+    if (status > WARNING) {
+        destroy(container, state, 0);
+        return status;
+    }
+    if (!place) keep_state(container, state);
+    *told = state;
     return OK;
 }
 
-Status restore_state(Container *container, void *saved) {
-    State *const state = (State *)saved;
-    if (!state) return complain(container, ERROR, "%s: there is no state to restore", container->name);
+static int is_phase(uint32_t phase) { return phase && phase <= FAILED && !(phase & (phase - 1)); }
+
+Status restore_state(Container *container, void *told) {
+    State **const place = find_state(container, told);
+    if (!place) return ERROR;
+    const State *const state = *place;
+    Flags flags;
+    memcpy(&flags, state->bytes, sizeof flags);
+    if (!is_phase(flags.phase) || flags.event_mode != (uint32_t)container->event_mode)
+        return complain(container, ERROR, "%s: this state was saved by an instance %s event mode", container->name,
+                        flags.event_mode ? "with" : "without");
     for (size_t i = 0; i < container->inners; i++) {
         Inner *const inner = &container->inner[i];
         SetState *const function = (SetState *)function_for(container, inner, SET_STATE);
@@ -185,9 +242,7 @@ static Status inner_size(Container *container, Inner *inner, void *state, size_t
     return function ? judge_call(container, inner, name_of(inner, STATE_SIZE), function(inner->handle, state, size)) : ERROR;
 }
 
-Status state_size(Container *container, void *saved, size_t *size) {
-    const State *const state = (const State *)saved;
-    if (!state || !size) return complain(container, ERROR, "%s: a pointer is null", container->name);
+static Status size_of_state(Container *container, const State *state, size_t *size) {
     size_t all = sizeof(Head) + state->size;
     for (size_t i = 0; i < container->inners; i++) {
         size_t one = 0;
@@ -199,31 +254,47 @@ Status state_size(Container *container, void *saved, size_t *size) {
     return OK;
 }
 
-Status serialize_state(Container *container, void *saved, void *bytes, size_t size) {
-    const State *const state = (const State *)saved;
-    size_t needed = 0;
-    if (!bytes) return complain(container, ERROR, "%s: a pointer is null", container->name);
-    const Status sized = state_size(container, saved, &needed);
-    if (sized > WARNING) return sized;
-    if (size != needed)
-        return complain(container, ERROR, "%s: a state has %lu bytes, not %lu", container->name, (unsigned long)needed, (unsigned long)size);
-    unsigned char *at = (unsigned char *)bytes;
-    const Head head = {MARK, (uint32_t)container->inners, digest(container->token), (uint64_t)state->size};
-    memcpy(at, &head, sizeof head);
-    memcpy(at + sizeof head, state->bytes, state->size);
-    at += sizeof head + state->size;
+Status state_size(Container *container, void *told, size_t *size) {
+    if (!size) return complain(container, ERROR, "%s: a pointer is null", container->name);
+    State **const place = find_state(container, told);
+    return place ? size_of_state(container, *place, size) : ERROR;
+}
+
+/* The states of the instances, each after its size; of the bytes there are enough for them, but for what an FMU tells anew. */
+static Status serialize_inners(Container *container, const State *state, unsigned char *at, const unsigned char *end) {
     for (size_t i = 0; i < container->inners; i++) {
         Inner *const inner = &container->inner[i];
-        size_t one = 0;
-        Status status = inner_size(container, inner, state->inner[i], &one);
+        size_t size = 0;
+        const Status sized = inner_size(container, inner, state->inner[i], &size);
+        if (sized > WARNING) return sized;
+        if ((size_t)(end - at) < 8 || (size_t)(end - at) - 8 < size)
+            return complain(container, ERROR, "%s: %s tells another size of the same state", container->name, inner->name);
         Serialize *const function = (Serialize *)function_for(container, inner, SERIALIZE);
-        const uint64_t told = (uint64_t)one;
+        const uint64_t told = (uint64_t)size;
         memcpy(at, &told, 8);
-        if (status <= WARNING)
-            status = function ? judge_call(container, inner, name_of(inner, SERIALIZE), function(inner->handle, state->inner[i], at + 8, one)) : ERROR;
+        const Status status = function ? judge_call(container, inner, name_of(inner, SERIALIZE), function(inner->handle, state->inner[i], at + 8, size)) : ERROR;
         if (status > WARNING) return status;
-        at += 8 + one;
+        at += 8 + size;
     }
+    return OK;
+}
+
+Status serialize_state(Container *container, void *told, void *bytes, size_t size) {
+    size_t needed = 0;
+    if (!bytes) return complain(container, ERROR, "%s: a pointer is null", container->name);
+    State **const place = find_state(container, told);
+    if (!place) return ERROR;
+    const State *const state = *place;
+    const Status sized = size_of_state(container, state, &needed);
+    if (sized > WARNING) return sized;
+    if (size < needed)
+        return complain(container, ERROR, "%s: a state has %lu bytes, not %lu", container->name, (unsigned long)needed, (unsigned long)size);
+    unsigned char *const own = (unsigned char *)bytes + sizeof(Head);
+    memcpy(own, state->bytes, state->size);
+    const Status status = serialize_inners(container, state, own + state->size, (unsigned char *)bytes + needed);
+    if (status > WARNING) return status;
+    const Head head = {MARK, (uint32_t)container->inners, token_digest(container), (uint64_t)state->size, digest(own, needed - sizeof head)};
+    memcpy(bytes, &head, sizeof head);
     return OK;
 }
 
@@ -244,22 +315,39 @@ static int deserialize_inners(Container *container, State *state, const unsigned
     return at == end;
 }
 
-Status deserialize_state(Container *container, const void *bytes, size_t size, void **place) {
-    const unsigned char *const at = (const unsigned char *)bytes;
+/* Whether bytes are those of a state of this container, whole and unchanged. */
+static int is_own(const Container *container, const unsigned char *at, size_t size) {
     Head head;
-    if (!bytes || !place) return complain(container, ERROR, "%s: a pointer is null", container->name);
-    if (size >= sizeof head) memcpy(&head, at, sizeof head);
-    if (size < sizeof head || head.mark != MARK || head.inners != container->inners || head.token != digest(container->token) ||
-        head.size != own_size(container) || size - sizeof head < head.size)
-        return complain(container, ERROR, "%s: these %lu bytes are no state of this FMU", container->name, (unsigned long)size);
+    if (size < sizeof head) return 0;
+    memcpy(&head, at, sizeof head);
+    return head.mark == MARK && head.inners == container->inners && head.token == token_digest(container) &&
+           head.size == own_size(container) && size - sizeof head >= head.size && head.sum == digest(at + sizeof head, size - sizeof head);
+}
+
+/* A state that the host's pointer tells already gets the new content; whatever else is there, the standard says that it is replaced. */
+Status deserialize_state(Container *container, const void *bytes, size_t size, void **told) {
+    const unsigned char *const at = (const unsigned char *)bytes;
+    if (!bytes || !told) return complain(container, ERROR, "%s: a pointer is null", container->name);
+    if (!is_own(container, at, size))
+        return complain(container, ERROR, "%s: these %lu bytes are no state of this FMU, or damaged", container->name, (unsigned long)size);
     State *const state = new_state(container);
     if (!state) return ERROR;
-    memcpy(state->bytes, at + sizeof head, state->size);
-    if (deserialize_inners(container, state, at + sizeof head + state->size, at + size)) {
-        *place = state;
+    memcpy(state->bytes, at + sizeof(Head), state->size);
+    if (!deserialize_inners(container, state, at + sizeof(Head) + state->size, at + size)) {
+        destroy(container, state, 0);
+        return complain(container, ERROR, "%s: these %lu bytes are no state of this FMU", container->name, (unsigned long)size);
+    }
+    State *old = (State *)container->states;
+    while (old && old != *told) old = old->next;
+    if (!old) {
+        keep_state(container, state);
+        *told = state;
         return OK;
     }
-    void *failed = state;
-    free_state(container, &failed);
-    return complain(container, ERROR, "%s: these %lu bytes are no state of this FMU", container->name, (unsigned long)size);
+    const State spare = *old;
+    old->bytes = state->bytes;
+    old->inner = state->inner;
+    state->bytes = spare.bytes;
+    state->inner = spare.inner;
+    return destroy(container, state, 0);
 }

@@ -28,7 +28,9 @@ static Status check_step(Container *container, double t, double h) {
     Control *const control = &container->control;
     if (container->discarded)
         return complain(container, ERROR, "%s: an FMU inside has refused a step, and has to be set back to a saved state", container->name);
-    if (!isfinite(t) || !isfinite(h) || !(h > 0.0))
+    if (container->terminated)
+        return complain(container, ERROR, "%s: an FMU inside has asked to end the simulation", container->name);
+    if (!isfinite(t) || !isfinite(t + h) || !(h > 0.0))
         return complain(container, ERROR, "%s: cannot step from %.15g s by %.15g s", container->name, t, h);
     if (fabs(t - control->t) > time_rounding(t, h))
         return complain(container, ERROR, "%s: cannot step from %.15g s: the last step ended at %.15g s", container->name, t, control->t);
@@ -41,11 +43,12 @@ static Status check_step(Container *container, double t, double h) {
     return OK;
 }
 
-/* What the loop could not do. Only the request to end the simulation is no error. */
+/* What the loop could not do, or what a call on the way has said. Only the request to end the simulation is no error. */
 static Status stopped(Container *container) {
     const int fault = container->control.fault, status = container->control.fault_status;
-    const Status found = tell_fault(container);
+    const Status found = fault ? tell_fault(container) : ERROR;
     container->ready = 0;
+    if (found == ERROR) container->hurt = 1;
     if (fault == FAULT_TERMINATED) {
         container->terminated = 1;
         return DISCARD;
@@ -72,20 +75,20 @@ static int begin_step(Container *container, double h) {
 
 Status advance(Container *container, double t, double h, int no_going_back) {
     Control *const control = &container->control;
+    control->fault = FAULT_NO_FAULT;
     const Status checked = check_step(container, t, h);
     if (checked) return checked;
     control->warnings = 0;
-    control->fault = FAULT_NO_FAULT;
     control->room = INT64_MAX;
     control->rows = 0;
     control->unrecorded = 1;
     control->returning = !no_going_back;
     control->pausing = container->event_mode ? (container->early_return ? 2 : 1) : 0;
-    if (!begin_step(container, h)) return control->fault ? stopped(container) : ERROR;
+    if (!begin_step(container, h)) return stopped(container);
     container->ready = 0; /* the end of the run sets what passes through alone */
     for (int answer = ANSWER_GOING_ON; answer == ANSWER_GOING_ON;) {
         answer = container->steering ? run_with_slopes(container) : loop_run(&container->system, control, INT64_MAX);
-        if (answer == ANSWER_FAULT) return control->fault ? stopped(container) : ERROR;
+        if (answer == ANSWER_FAULT) return stopped(container);
     }
     return control->warnings ? WARNING : OK;
 }

@@ -91,12 +91,14 @@ static int put_number(int type, unsigned char *at, Number number) {
     int fits = 1;
     if (is_real(type)) {
         const double real = as_real(number);
-        const float single = (float)real;
-        if (type == TYPE_F8)
+        if (type == TYPE_F8) {
             memcpy(at, &real, 8);
-        else
-            memcpy(at, &single, 4);
-        return type == TYPE_F8 || !isfinite(real) || fabs(real) <= FLT_MAX;
+            return 1;
+        }
+        if (isfinite(real) && fabs(real) > FLT_MAX) return 0;
+        const float single = (float)real;
+        memcpy(at, &single, 4);
+        return 1;
     }
     if (number.kind == A_REAL) number = rounded(number.real, &fits);
     if (!fits) return 0;
@@ -161,9 +163,9 @@ static int is_time(const Container *container, int fmi, int type, uint32_t refer
 
 /* Whether the values are as many as the variables have elements; if not, says so. */
 static int check(Container *container, const char *function, int fmi, int type, const uint32_t *references, size_t count,
-                 const void *values, size_t value_count, int with_time) {
+                 const void *values, const size_t *sizes, size_t value_count, int with_time) {
     size_t needed = 0;
-    if (count && (!references || !values)) {
+    if (count && (!references || !values || (type == TYPE_BINARY && !sizes))) {
         complain(container, ERROR, "%s: %s: a pointer is null", container->name, function);
         return 0;
     }
@@ -193,7 +195,7 @@ static Status set_whole(Container *container, Whole *whole) {
     Inner *const inner = &container->inner[whole->inner];
     whole->waiting = 0;
     if (!whole->set)
-        return complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->set_name);
+        return lacks(container, inner, whole->set_name);
     const int status = inner->version == 2 ? ((Fmi2Transfer *)whole->set)(inner->handle, &whole->reference, 1, whole->values)
                                            : ((Fmi3Transfer *)whole->set)(inner->handle, &whole->reference, 1, whole->values, whole->length);
     return judge_call(container, inner, whole->set_name, status);
@@ -213,14 +215,43 @@ Status set_waiting(Container *container) {
 static Status read_whole(Container *container, Whole *whole) {
     Inner *const inner = &container->inner[whole->inner];
     if (!whole->get)
-        return complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->get_name);
+        return lacks(container, inner, whole->get_name);
     const int status = inner->version == 2 ? ((Fmi2Transfer *)whole->get)(inner->handle, &whole->reference, 1, whole->values)
                                            : ((Fmi3Transfer *)whole->get)(inner->handle, &whole->reference, 1, whole->values, whole->length);
     return judge_call(container, inner, whole->get_name, status);
 }
 
-/* Put a value where it belongs; of a whole it is set later, with all others. */
-static Status put(Container *container, const Variable *variable, const Slot *slot, int type, const unsigned char *value) {
+/* Whether a value can be put where it belongs; if not, says so. On the bus all are doubles, which have whole numbers up to 2^53. */
+static int can_put(Container *container, const char *function, const Variable *variable, const Slot *slot, int type,
+                   const unsigned char *value) {
+    const Number number = number_at(type, value);
+    int fits = !variable->on_bus || number.kind == A_REAL || fabs(as_real(number)) <= 0x1p53;
+    for (size_t i = 0; !variable->on_bus && i < slot->targets; i++) {
+        unsigned char tried[8];
+        fits = fits && put_number(container->whole[slot->target[i].place].type, tried, converted(&slot->target[i], number));
+    }
+    if (!fits) complain(container, ERROR, "%s: %s: the value of %s does not fit into its type", container->name, function, variable->name);
+    return fits;
+}
+
+/* Whether texts or binaries can be passed in; if not, says so. */
+static int can_pass_in(Container *container, const char *function, const Variable *variable, const void *values, const size_t *sizes) {
+    for (size_t i = 0; i < variable->slots; i++)
+        if (!((const void *const *)values)[i] && (!sizes || sizes[i])) {
+            complain(container, ERROR, "%s: %s: the value of %s is a null pointer", container->name, function, variable->name);
+            return 0;
+        }
+    for (size_t i = 0; variable->slots && i < variable->slot[0].targets; i++)
+        if (container->whole[variable->slot[0].target[i].place].length != variable->slots) {
+            complain(container, ERROR, "%s: %s: %s is a part of an array of texts, which is set as a whole", container->name, function,
+                     variable->name);
+            return 0;
+        }
+    return 1;
+}
+
+/* Put a value where it belongs, as it can be; of a whole it is set later, with all others. */
+static void put(Container *container, const Variable *variable, const Slot *slot, int type, const unsigned char *value) {
     for (size_t i = 0; i < slot->targets; i++) {
         const Target *const target = &slot->target[i];
         if (variable->on_bus) {
@@ -232,11 +263,9 @@ static Status put(Container *container, const Variable *variable, const Slot *sl
         }
         Whole *const whole = &container->whole[target->place];
         unsigned char *const at = (unsigned char *)whole->values + (size_t)target->element * size_of(whole->type);
-        if (!put_number(whole->type, at, converted(target, number_at(type, value))))
-            return complain(container, ERROR, "%s: the value of %s does not fit into its type", container->name, variable->name);
+        put_number(whole->type, at, converted(target, number_at(type, value)));
         whole->waiting = 1;
     }
-    return OK;
 }
 
 /* Have the FMUs take what has been put; in the modes in which FMI allows it, or at the next event. */
@@ -260,15 +289,12 @@ static Status flush(Container *container, const Variable *variable) {
 /* Texts, and FMI 3.0's binaries, go through as they are. */
 static Status pass_in(Container *container, const Variable *variable, const void *values, const size_t *sizes) {
     Status worst = OK;
-    for (size_t i = 0; i < variable->slot[0].targets; i++) {
+    for (size_t i = 0; variable->slots && i < variable->slot[0].targets; i++) {
         Whole *const whole = &container->whole[variable->slot[0].target[i].place];
         Inner *const inner = &container->inner[whole->inner];
-        if (whole->length != variable->slots)
-            return complain(container, ERROR, "%s: %s is a part of an array of texts, which is set as a whole", container->name,
-                          variable->name);
         typedef int SetBinary(void *, const uint32_t *, size_t, const size_t *, const void *, size_t);
         if (!whole->set)
-            return complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->set_name);
+            return lacks(container, inner, whole->set_name);
         int status;
         if (whole->type == TYPE_BINARY)
             status = ((SetBinary *)whole->set)(inner->handle, &whole->reference, 1, sizes, values, whole->length);
@@ -284,6 +310,7 @@ static Status pass_in(Container *container, const Variable *variable, const void
 
 static Status pass_out(Container *container, const Variable *variable, void *values, size_t *sizes) {
     typedef int GetBinary(void *, const uint32_t *, size_t, size_t *, void *, size_t);
+    if (!variable->slots) return OK;
     Whole *const whole = &container->whole[variable->slot[0].target[0].place];
     Inner *const inner = &container->inner[whole->inner];
     if (whole->type != TYPE_BINARY) {
@@ -293,16 +320,31 @@ static Status pass_out(Container *container, const Variable *variable, void *val
         return status;
     }
     if (!whole->get)
-        return complain(container, ERROR, "%s: %s: its library lacks the function %s", container->name, inner->name, whole->get_name);
+        return lacks(container, inner, whole->get_name);
     const int status = ((GetBinary *)whole->get)(inner->handle, &whole->reference, 1, sizes, values, whole->length);
     return judge_call(container, inner, whole->get_name, status);
 }
 
+/* Whether all can be set, before any is. */
+static int can_set(Container *container, const char *function, int type, const uint32_t *references, size_t count, const void *values,
+                   const size_t *sizes) {
+    const unsigned char *at = (const unsigned char *)values;
+    for (size_t i = 0; i < count; i++) {
+        const Variable *const variable = &container->variable[references[i]];
+        if (!may_be_set(container, function, variable)) return 0;
+        if (type >= TYPE_STRING && !can_pass_in(container, function, variable, at, sizes)) return 0;
+        for (size_t k = 0; type < TYPE_STRING && k < variable->slots; k++)
+            if (!can_put(container, function, variable, &variable->slot[k], type, at + k * size_of(type))) return 0;
+        at += variable->slots * size_of(type);
+        if (sizes) sizes += variable->slots;
+    }
+    return 1;
+}
+
 Status set_variables(Container *container, const char *function, int fmi, int type, const uint32_t *references, size_t count,
                      const void *values, const size_t *sizes, size_t value_count) {
-    if (!check(container, function, fmi, type, references, count, values, value_count, 0)) return ERROR;
-    for (size_t i = 0; i < count; i++)
-        if (!may_be_set(container, function, &container->variable[references[i]])) return ERROR;
+    if (!check(container, function, fmi, type, references, count, values, sizes, value_count, 0)) return ERROR;
+    if (!can_set(container, function, type, references, count, values, sizes)) return ERROR;
     Status worst = OK;
     const unsigned char *at = (const unsigned char *)values;
     for (size_t i = 0; i < count && worst <= WARNING; i++) {
@@ -311,9 +353,8 @@ Status set_variables(Container *container, const char *function, int fmi, int ty
         if (type >= TYPE_STRING)
             status = pass_in(container, variable, at, sizes);
         else
-            for (size_t k = 0; k < variable->slots && status <= WARNING; k++)
-                status = put(container, variable, &variable->slot[k], type, at + k * size_of(type));
-        if (type < TYPE_STRING && !variable->on_bus && status <= WARNING) status = flush(container, variable);
+            for (size_t k = 0; k < variable->slots; k++) put(container, variable, &variable->slot[k], type, at + k * size_of(type));
+        if (type < TYPE_STRING && !variable->on_bus) status = flush(container, variable);
         at += variable->slots * size_of(type);
         if (sizes) sizes += variable->slots;
         if (status > worst) worst = status;
@@ -345,7 +386,7 @@ static Status get(Container *container, const char *function, const Variable *va
 
 Status get_variables(Container *container, const char *function, int fmi, int type, const uint32_t *references, size_t count,
                      void *values, size_t *sizes, size_t value_count) {
-    if (!check(container, function, fmi, type, references, count, values, value_count, 1)) return ERROR;
+    if (!check(container, function, fmi, type, references, count, values, sizes, value_count, 1)) return ERROR;
     Status worst = container->dirty ? look_through(container) : OK;
     unsigned char *at = (unsigned char *)values;
     for (size_t i = 0; i < count && worst <= WARNING; i++) {
