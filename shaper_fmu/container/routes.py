@@ -13,7 +13,9 @@ from typing import Any
 from shaper_fmu.container.outside import OuterVariable, Target
 from shaper_fmu.container.planned import Symbols
 from shaper_fmu.container.words import Words
+from shaper_fmu.errors import ModelError
 from shaper_fmu.master import layout as of
+from shaper_fmu.master.instance import Instance
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.transfer_writer import TYPES
 from shaper_fmu.master.variables import TRANSFERABLE, kind_of
@@ -46,7 +48,11 @@ def is_on_bus(variable: OuterVariable, program: Program) -> bool:
 def outer_outputs(variables: Sequence[OuterVariable], fmus: Any) -> list[Port]:
     """The ports whose values the loop has to bring to the bus for outer variables."""
     ports = [
-        target.port for variable in variables if variable.causality == "output" for element in variable.elements for target in element
+        target.port
+        for variable in variables
+        if variable.causality == "output"
+        for element in variable.elements
+        for target in element
     ]
     return [port for port in dict.fromkeys(ports) if kind_of(fmus[port[0]].variables[port[1]]) in TRANSFERABLE]
 
@@ -88,9 +94,7 @@ def _type_inside(program: Program, port: Port) -> tuple[str, int]:
     return {"String": ("String", STRING), "Binary": ("Binary", BINARY)}.get(kind) or TYPES[fmu.version][kind]
 
 
-def _write_whole(
-    words: Words, program: Program, name: str, reference: int, elements: Sequence[str], symbols: Symbols
-) -> None:
+def _write_whole(words: Words, program: Program, name: str, reference: int, elements: Sequence[str], symbols: Symbols) -> None:
     instance = program.instances[name]
     function, kind = _type_inside(program, (name, elements[0]))
     version = instance.fmu.version
@@ -98,14 +102,18 @@ def _write_whole(
     words.whole(*[symbols.number(f"fmi{version}{verb}{function}") for verb in ("Get", "Set")])
     tunable = instance.fmu.variables[elements[0]].variability == "tunable"
     words.whole(int(tunable and instance.event_mode))  # then it is set in event mode alone
-    known = len(elements) > 1 and kind < STRING
-    words.whole(int(known))
-    for element in elements if known else []:
-        value = instance.start_value(element)
-        if kind in (of.F8, of.F4):
-            words.real(float(value))
-        else:
-            words.whole(int(value))
+    starts = _starts(instance, elements) if len(elements) > 1 and kind < STRING else []
+    words.whole(int(bool(starts)))
+    for value in starts:
+        words.number(kind, value)
+
+
+def _starts(instance: Instance, elements: Sequence[str]) -> list[float | int | bool]:
+    """The start values of an array's elements, of which some may be set without the others; none for an array that is never set."""
+    try:
+        return [instance.start_value(element) for element in elements]
+    except ModelError:
+        return []
 
 
 def _settable(variable: OuterVariable) -> Settable:
@@ -130,9 +138,7 @@ def _write_variable(words: Words, program: Program, variable: OuterVariable, who
         _write_steered(words, program, element if on_bus and kind == of.F8 and variable.causality == "input" else ())
 
 
-def _write_target(
-    words: Words, program: Program, variable: OuterVariable, target: Target, on_bus: bool, wholes: _Wholes
-) -> None:
+def _write_target(words: Words, program: Program, variable: OuterVariable, target: Target, on_bus: bool, wholes: _Wholes) -> None:
     if on_bus:
         is_input = variable.causality == "input"
         place = program.signal_place(target.port) if is_input else program.place(target.port)

@@ -104,7 +104,7 @@ def _write_instance(words: Words, program: Program, name: str, folder: str, symb
     for phase, symbol, kind, reference, numbers in rows:
         words.whole(phase, symbols.number(symbol), kind, reference, len(numbers))
         for number in numbers:
-            write_number(words, kind, number)
+            words.number(kind, number)
 
 
 def _settings(program: Program, name: str, phase: int, values: Mapping[str, Any]) -> list[tuple[int, str, int, int, list[Any]]]:
@@ -117,14 +117,6 @@ def _settings(program: Program, name: str, phase: int, values: Mapping[str, Any]
         numbers = [values[element] if element in values else instance.start_value(element) for element in elements]
         rows.append((phase, f"fmi{fmu.version}Set{function}", kind, reference, numbers))
     return rows
-
-
-def write_number(words: Words, kind: int, value: float | int | bool) -> None:
-    """Write a value of this type of the loop's."""
-    if kind in (of.F8, of.F4):
-        words.real(float(value))
-    else:
-        words.whole(int(value))
 
 
 class _Arrays:

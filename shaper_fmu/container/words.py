@@ -7,6 +7,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from shaper_fmu.master import layout as of
+
 
 class Words:
     """A file in the making."""
@@ -21,6 +23,13 @@ class Words:
     def real(self, *values: float) -> None:
         """Add real numbers."""
         self._parts += [struct.pack("<d", value) for value in values]
+
+    def number(self, kind: int, value: float | int | bool) -> None:
+        """Add a value of this type of the loop's."""
+        if kind in (of.F8, of.F4):
+            self.real(float(value))
+        else:
+            self.whole(int(value))
 
     def data(self, content: bytes) -> None:
         """Add bytes: their number, and the bytes with one that is 0 after them."""

@@ -48,6 +48,11 @@ _callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
 _callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
 
 
+def logged() -> str:
+    """What all drivers have logged since the last one was made."""
+    return "\n".join(_messages)
+
+
 @functools.lru_cache
 def unpacked(path: Path) -> Path:
     """The folder of the unpacked FMU, until the process ends."""

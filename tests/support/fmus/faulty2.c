@@ -15,7 +15,7 @@ EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String 
     Faulty *self = calloc(1, sizeof *self);
     self->callbacks = callbacks;
     snprintf(self->name, sizeof self->name, "%s", name);
-    if (strcmp(guid, TOKEN) != 0 || strcmp(name, "null") == 0) {
+    if (strcmp(guid, TOKEN) != 0 || is_called(name, "null")) {
         say(self, fmi2Error, strcmp(guid, TOKEN) ? "the GUID is of another FMU" : "there is no instance today");
         free(self);
         return NULL;
@@ -30,7 +30,7 @@ EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_def
                                       fmi2Boolean stop_defined, fmi2Real stop_time) {
     Faulty *self = c;
     self->time = start_time;
-    if (strcmp(self->name, "setup") == 0)
+    if (is_called(self->name, "setup"))
         self->integers[2] = SETUP, self->integers[3] = fmi2Error;
     return judged(self, SETUP, "set-up");
 }

@@ -16,7 +16,7 @@ EXPORT fmi3Instance fmi3InstantiateCoSimulation(
     Faulty *self = calloc(1, sizeof *self);
     self->environment = environment, self->logger = (void *)log, self->event_mode = event_mode;
     snprintf(self->name, sizeof self->name, "%s", name);
-    if (strcmp(token, TOKEN) != 0 || strcmp(name, "null") == 0) {
+    if (strcmp(token, TOKEN) != 0 || is_called(name, "null")) {
         say(self, fmi3Error, strcmp(token, TOKEN) ? "the token is of another FMU" : "there is no instance today");
         free(self);
         return NULL;
