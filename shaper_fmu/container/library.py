@@ -1,6 +1,6 @@
 """The library of containers: C, the same for all systems, which reads its system from the FMU's resources.
 
-A wheel carries one for each version of FMI and platform; from changed or plain sources it is built by ziglang and kept in the cache.
+A wheel carries one for each version of FMI and platform; from other sources it is built by ziglang and kept in the cache.
 """
 
 from __future__ import annotations

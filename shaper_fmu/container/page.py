@@ -58,7 +58,8 @@ its steps end at the events inside, whatever step the host takes.</p>
 <div class="wide"><table>
 <tr><th>Name</th><th>Causality</th><th>Stands for</th><th>Unit</th><th>Start</th><th>Description</th></tr>
 {% for row in variables %}
-<tr><td><code>{{ row.name }}</code></td><td>{{ row.causality }}</td><td><code>{{ row.stands_for }}</code></td><td>{{ row.unit }}</td>\
+<tr><td><code>{{ row.name }}</code></td><td>{{ row.causality }}</td><td><code>{{ row.stands_for }}</code></td>\
+<td>{{ row.unit }}</td>\
 <td>{{ row.start }}</td><td>{{ row.description }}</td></tr>
 {% endfor %}
 </table></div>

@@ -28,7 +28,7 @@ def driver(versions, tmp_path) -> Iterator[Driver]:
     inner, outer = versions
     path = container(chain(faulty_fmu(inner)), tmp_path / "chain.fmu", outer, expose=("x.fault", "x.status", "x.fault_time"))
     found = Driver(path)
-    yield found
+    return found
 
 
 def fails(driver: Driver, fault: str, status: int, time: float, call) -> tuple[int, str]:
