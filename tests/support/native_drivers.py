@@ -111,7 +111,7 @@ class Driver:
         arrays: dict[str, list[float]] = {}
         for name, value in values.items():
             match = _ELEMENT.match(name)
-            if self.fmi == 3 and match:
+            if self.fmi == 3 and match and name not in self.variables:
                 arrays.setdefault(match[1], self.starts[match[1]])[int(match[2]) - 1] = value
             else:
                 self._call("set", name, [value])
