@@ -18,11 +18,13 @@ from shaper_fmu.cli.design import design
 from shaper_fmu.cli.ends import Commands, sigterm_heard
 from shaper_fmu.cli.info import info
 from shaper_fmu.cli.new import app as new
+from shaper_fmu.cli.pack import pack
 from shaper_fmu.cli.paths import begin as paths_begin
 from shaper_fmu.cli.paths import wrote
 from shaper_fmu.cli.reproduce import reproduce
 from shaper_fmu.cli.sweep import export_store, report_store, sweep
 from shaper_fmu.cli.tune import tune
+from shaper_fmu.cli.wrap import wrap
 from shaper_fmu.console import err, out, show
 from shaper_fmu.errors import ModelError, ShaperFmuError, UsageError
 from shaper_fmu.master.algorithms import Algorithm, Coupling, SolverMethod
@@ -77,6 +79,8 @@ app.command("info")(info)
 app.command("design")(design)
 app.command("reproduce")(reproduce)
 app.command("tune")(tune)
+app.command("pack")(pack)
+app.command("wrap")(wrap)
 app.command("sweep")(sweep)
 app.command("report")(report_store)
 app.command("export")(export_store)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from shaper_fmu.errors import ModelError, nearest
@@ -140,6 +141,12 @@ class SspSystem:
             kept = {name: column for name, column in kept.items() if name in wanted}
         units = {name: self._unit(name.split("[")[0]) for name in own}
         return replace(results, values={**kept, **columns}, units={**results.units, **units})
+
+    def to_fmu(self, path: Path | str, fmi: int = 2, **options: Any) -> Path:
+        """Write the system as one FMU, as `System.to_fmu` does; its own connectors are shown (see `pack_ssp_system`)."""
+        from shaper_fmu.ssp.packing import pack_ssp_system  # which has use of this class
+
+        return pack_ssp_system(self, path, fmi, **options).path
 
     def _output(self, name: str) -> dict[str, tuple[str, Affine]]:
         """An output of the system by name, or the elements of an array: the port it comes from, and its gain and offset."""

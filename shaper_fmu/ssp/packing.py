@@ -5,31 +5,52 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
 
 from fmpy.model_description import BaseUnit, Item, ModelVariable, SimpleType
 from fmpy.model_description import Unit as FmiUnit
 
+from shaper_fmu.container.build import Packed, pack
+from shaper_fmu.container.head import Experiment
 from shaper_fmu.container.inner import inner_starts, outer_initial, outer_type, outer_variability, shape_by_names, zero
 from shaper_fmu.container.interface import exposed, finished, outer_variables
 from shaper_fmu.container.outside import OuterVariable, Target, Value
 from shaper_fmu.errors import ModelError
+from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.master.fmu import Fmu
+from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.variables import kind_of
 from shaper_fmu.master.wiring import Port
 from shaper_fmu.ssp.conversion import IDENTITY, Affine
-from shaper_fmu.ssp.document import Connector
+from shaper_fmu.ssp.document import Connector, SystemDescription
 from shaper_fmu.ssp.document_parts import Unit
-from shaper_fmu.ssp.loaded import SspSystem
 from shaper_fmu.ssp.meaning import UnknownUnit
-from shaper_fmu.ssp.network import TARGETS, Node, Wire
+from shaper_fmu.ssp.network import TARGETS, Network, Node, Wire
 
 _FIXED = ("parameter", "calculatedParameter")
 _KINDS = {("integer", "real"), ("integer", "enumeration"), ("enumeration", "integer")}
 """Kinds of values that become others on a way."""
 
 
+class Loaded(Protocol):
+    """What is asked of an `SspSystem`, which offers the functions of this module."""
+
+    @property
+    def system(self) -> SystemStructure: ...
+
+    @property
+    def structure(self) -> SystemDescription: ...
+
+    @property
+    def network(self) -> Network: ...
+
+    @property
+    def instances(self) -> dict[str, str]: ...
+
+
 def connector_variables(
-    loaded: SspSystem, fmi: int, *, expose: Iterable[str] = (), rename: Mapping[str, str] | None = None
+    loaded: Loaded, fmi: int, *, expose: Iterable[str] = (), rename: Mapping[str, str] | None = None
 ) -> list[OuterVariable]:
     """The variables of the system's container for FMI 2.0 or 3.0: the system's own connectors, then what is exposed.
 
@@ -51,7 +72,39 @@ def connector_variables(
     return finished([*found, *exposed(loaded.system, fmi, expose, found)], fmi, rename or {})
 
 
-def connectors_not_shown(loaded: SspSystem, fmi: int) -> list[str]:
+def pack_ssp_system(
+    loaded: Loaded,
+    path: Path | str,
+    fmi: int = 2,
+    *,
+    expose: Iterable[str] = (),
+    rename: Mapping[str, str] | None = None,
+    step: float | None = None,
+    algorithm: Algorithm | None = None,
+    **options: Any,
+) -> Packed:
+    """Write the system as one FMU (see `connector_variables`, and `pack` for further options). Raises ModelError and BuildError.
+
+    Without them, step and algorithm are those of the archive, or the host's step and jacobi.
+    """
+    structure = loaded.structure
+    step = step if step is not None else structure.step_size
+    words = (
+        structure.system.description or structure.description or f"The system {structure.name} of {len(loaded.system.fmus)} FMUs."
+    )
+    return pack(
+        loaded.system,
+        connector_variables(loaded, fmi, expose=expose, rename=rename),
+        path,
+        fmi=fmi,
+        step=step,
+        algorithm=algorithm or structure.algorithm or "jacobi",
+        experiment=Experiment(structure.start_time, structure.stop_time, step),
+        **{"description": words, **options},
+    )
+
+
+def connectors_not_shown(loaded: Loaded, fmi: int) -> list[str]:
     """The system's own connectors that its container leaves out, and why; empty for a system that has none."""
     if not any(True for _ in _ways(loaded, fmi)):
         return []
@@ -59,7 +112,7 @@ def connectors_not_shown(loaded: SspSystem, fmi: int) -> list[str]:
     return [f"{one.name} leads nowhere" for one in loaded.structure.system.connectors if one.name not in known]
 
 
-def _ways(loaded: SspSystem, fmi: int) -> Iterator[_Way]:
+def _ways(loaded: Loaded, fmi: int) -> Iterator[_Way]:
     """The ways from the system's own connectors to variables of FMUs, or from one variable to a connector."""
     network, signals = loaded.network, loaded.system.signals
     for connector in loaded.structure.system.connectors:
@@ -77,7 +130,7 @@ def _ways(loaded: SspSystem, fmi: int) -> Iterator[_Way]:
 class _Way:
     """A connector of the system, and the paths of wires between it and variables of FMUs: several inwards, one outwards."""
 
-    loaded: SspSystem
+    loaded: Loaded
     fmi: int
     connector: Connector
     inwards: bool
