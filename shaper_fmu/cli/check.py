@@ -16,6 +16,9 @@ def check(
     portable: Annotated[
         bool, typer.Option("--portable", help="Also report what other tools ignore, refuse or treat differently in an SSP archive.")
     ] = False,
+    pack: Annotated[
+        bool, typer.Option("--pack", help="Also report why `pack` could not make one FMU of an archive, or have an FMU inside one.")
+    ] = False,
 ) -> None:
     """Check FMUs and SSP archives; print all findings, one per line, with file and line.
 
@@ -24,26 +27,34 @@ def check(
     """
     found = False
     for file in files:
-        for problem in file_problems(file, portable):
+        for problem in file_problems(file, portable, pack):
             found = True
             out.print(f"{file}: {problem}")
     if found:
         raise typer.Exit(1)
 
 
-def file_problems(file: Path, portable: bool = False) -> list[str]:
+def file_problems(file: Path, portable: bool = False, pack: bool = False) -> list[str]:
     """What the command prints of a file."""
     from shaper_fmu.errors import ModelError, ShaperFmuError
+    from shaper_fmu.info.trials import fmu_in_a_container, system_pack
     from shaper_fmu.master.fmu import fmu_problems
     from shaper_fmu.ssp.check import ssp_findings
     from shaper_fmu.ssp.portable import portable_problems
 
     try:
         if file.suffix.lower() != ".ssp":
-            return fmu_problems(file)
+            findings = fmu_problems(file)
+            return findings + (_new(fmu_in_a_container(file), findings) if pack else [])
         findings = [f"{'' if finding.stops else 'note: '}{finding}" for finding in ssp_findings(file)]
-        return findings + (portable_problems(file) if portable else [])
+        findings += portable_problems(file) if portable else []
+        return findings + (_new(system_pack(file, None), findings) if pack else [])
     except ModelError as error:
         return error.problems
     except ShaperFmuError as error:
         return [str(error)]
+
+
+def _new(problems: list[str], findings: list[str]) -> list[str]:
+    """Problems of packing that the findings do not tell already."""
+    return [f"pack: {problem}" for problem in problems if not any(problem in finding for finding in findings)]

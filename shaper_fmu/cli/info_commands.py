@@ -15,16 +15,21 @@ from shaper_fmu.info.facts import FmuInfo, SspInfo
 from shaper_fmu.info.trials import (
     fmu_as_plant,
     fmu_behind_a_shaper,
+    fmu_in_a_container,
     fmu_in_a_system,
+    fmu_wrapped,
     folder_build,
     system_as_plant,
+    system_pack,
     system_run,
 )
 from shaper_fmu.registry import find_component
 from shaper_fmu.ssp.archive import archive_of
 
 _MOST = 3
-_ARGUMENTS = {("check",): "files", ("run",): "system", ("tune",): "plant", ("new", "system"): "plant"}
+_ARGUMENTS = {
+    ("check",): "files", ("run",): "system", ("pack",): "system", ("tune",): "plant", ("wrap",): "plant", ("new", "system"): "plant"
+}  # fmt: skip
 """The names of the arguments for files, by the words of their commands."""
 
 
@@ -42,13 +47,17 @@ def fmu_commands(context: typer.Context, path: Path, fmu: FmuInfo) -> list[Answe
     coupled = fmu_in_a_system(path)
     tuned, input_ = fmu_as_plant(path)
     behind = fmu_behind_a_shaper(path)
+    packed = coupled or fmu_in_a_container(path)
+    wrapped, shaped = fmu_wrapped(path)
     inside = "in an SSP archive that contains it" + ("" if behind else ", such as `new system` writes")
     component = Answer("", "no", _several(coupled)) if coupled else Answer("", "in a system", inside)
     return [
         _checked(context, path, fmu.findings),
         Answer("run", component.takes, component.reason),
         Answer("sweep", component.takes, component.reason),
+        Answer("pack", "no", _several(packed)) if packed else Answer("pack", "in a system", component.reason or inside),
         _plant(context, path, tuned, input_),
+        _tried(context, ("wrap",), path, wrapped, f"for example with --input {shaped}"),
         _tried(context, ("new", "system"), path, behind, "with an input and an output of yours"),
         _build(path),
     ]
@@ -64,7 +73,9 @@ def system_commands(context: typer.Context, path: Path, variant: str | None, sys
         _checked(context, path, system.findings),
         _tried(context, ("run",), path, run, "" if timed else "with --stop-time and --step: it declares none or only one"),
         Answer("sweep", "no" if run else "yes", _several(run) if run else "as the system of a study"),
+        _tried(context, ("pack",), path, [] if refused else system_pack(path, variant)),
         _plant(context, path, tuned, input_),
+        _tried(context, ("wrap",), path, []),
         _tried(context, ("new", "system"), path, []),
         _build(path),
     ]

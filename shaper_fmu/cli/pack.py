@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -74,7 +75,7 @@ def pack(
         shaper-fmu pack crane.ssp --fmi 3 --expose "crane.*" --rename crane.swing_angle=swing
     """
     from shaper_fmu.ssp.archive import load_ssp
-    from shaper_fmu.ssp.packing import connectors_not_shown, pack_ssp_system
+    from shaper_fmu.ssp.packing import connector_variables, connectors_not_shown, pack_ssp_system
     from shaper_fmu.ssp.parameter_sets import apply_parameter_set
 
     target: Path = output_file(".fmu")(output or Path(f"{system.stem}.fmu"))
@@ -91,6 +92,8 @@ def pack(
     version = int(fmi)
     for text in connectors_not_shown(loaded, version):
         err.print(f"note: not shown: {text}")
+    with wrong_usage("--expose or --rename") if expose or renamed else nullcontext():
+        connector_variables(loaded, version, expose=expose or (), rename=renamed)
     packed = pack_ssp_system(
         loaded, target, version, expose=expose or (), rename=renamed, name=name or None, step=step, algorithm=algorithm,
         exact=False if grid else None, platforms=platforms or (), progress=lambda what: err.print(f"{what} ..."),

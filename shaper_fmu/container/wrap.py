@@ -49,8 +49,9 @@ def wrap(
         time=time_of(system),
         **options,
     )
-    left_out = tuple(f"not shown: {text}" for text in not_wrapped(system, version))
-    return Packed(packed.path, packed.platforms, packed.left_out, (*packed.notes, *left_out))
+    notes = tuple(f"not shown: {text}" for text in not_wrapped(system, version))
+    own = platforms_of(fmu)  # that the shaper has more is nobody's concern
+    return Packed(packed.path, packed.platforms, tuple(name for name in packed.left_out if name in own), (*packed.notes, *notes))
 
 
 def wrapped_system(fmu: Fmu, inputs: Sequence[str], shaper: Mapping[str, Any], fmi: int) -> SystemStructure:

@@ -12,6 +12,7 @@ from urllib.parse import quote
 from xml.sax.saxutils import quoteattr
 
 from shaper_fmu.archives import read_file
+from shaper_fmu.container.obstacles import obstacles
 from shaper_fmu.errors import ModelError, ShaperFmuError
 from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.system import System
@@ -20,9 +21,12 @@ from shaper_fmu.ssp.archive import fmu_origin, folder_files, lacking_fmus, load_
 from shaper_fmu.ssp.check import file_findings
 from shaper_fmu.ssp.names import DESCRIPTION, FMU_TYPE, PREFIXES
 from shaper_fmu.ssp.own_fmus import own_fmus
+from shaper_fmu.ssp.packing import connector_variables
 from shaper_fmu.ssp.template import check_ports
 from shaper_fmu.tune.plant import ALONE, Plant, alone_system
 
+_FMI = 2
+"""Version of FMI that `pack` writes when none is asked for."""
 _SYSTEM = (
     f'<ssd:SystemStructureDescription xmlns:ssd="{PREFIXES["ssd"]}" version="1.0" name="system"><ssd:System name="system">'
     f'<ssd:Elements><ssd:Component name="{ALONE}" type="{FMU_TYPE}" source={{}}/></ssd:Elements></ssd:System>'
@@ -82,6 +86,44 @@ def system_run(path: Path, variant: str | None, stops: Sequence[str]) -> tuple[l
         return problems
 
     return _reasons(attempt), timed[0]
+
+
+def system_pack(path: Path, variant: str | None) -> list[str]:
+    """Why an archive cannot be packed into one FMU."""
+
+    def attempt() -> list[str]:
+        loaded = load_ssp(path, variant)
+
+        def shown() -> list[str]:
+            connector_variables(loaded, _FMI)
+            return []
+
+        return [*loaded.system.check(), *obstacles(loaded.system, _FMI), *_reasons(shown)]
+
+    return _reasons(attempt)
+
+
+def fmu_in_a_container(path: Path) -> list[str]:
+    """Why no system with this FMU can be packed into one FMU."""
+
+    def attempt() -> list[str]:
+        system = alone_system(load_fmu(path), {})
+        return [text.removeprefix(f"{ALONE}: ") for text in obstacles(system, _FMI)]
+
+    return _reasons(attempt)
+
+
+def fmu_wrapped(path: Path) -> tuple[list[str], str]:
+    """Why no input of an FMU can be shaped in place, and the name of one that could be."""
+    found = [""]
+
+    def attempt() -> list[str]:
+        fmu = load_fmu(path)
+        problems = fmu_in_a_container(path)
+        found[0] = _first_real(fmu, "input")
+        return problems if problems or found[0] else ["it has no input of real numbers"]
+
+    return _reasons(attempt), found[0]
 
 
 def system_as_plant(path: Path, stops: Sequence[str]) -> tuple[list[str], str]:

@@ -191,7 +191,8 @@ def test_refusals_are_those_of_the_commands(fmus, archives, tmp_path):
 def test_an_fmu_runs_in_the_system_that_new_writes(fmus, tmp_path):
     found = facts(fmus / "MassSpringDamper.fmu", cwd=tmp_path)
     assert answers(found) == {
-        "check": "yes", "run": "in a system", "sweep": "in a system", "tune": "yes", "new system": "yes", "build": "no",
+        "check": "yes", "run": "in a system", "sweep": "in a system", "pack": "in a system", "tune": "yes", "wrap": "yes",
+        "new system": "yes", "build": "no",
     }  # fmt: skip
     assert "--input force" in reasons(found)["tune"]
     names = ["--input", "force", "--output", "position", "--output-file", "shaped.ssp"]
