@@ -56,8 +56,7 @@ def test_a_packed_system_gives_what_run_gives(fmus, tmp_path, fmi):
     loaded.set("mass", 2000)
     loaded.drive("push", 0.002)
     expected = loaded.simulate(1.0, 0.01)
-    more = {"use_event_mode": False} if fmi == 3 else {}
-    found = fmpy.simulate_fmu(str(packed), stop_time=1.0, output_interval=0.05, start_values={"push": 0.002}, **more)
+    found = fmpy.simulate_fmu(str(packed), stop_time=1.0, output_interval=0.05, start_values={"push": 0.002})
     assert found["place"] == pytest.approx(expected["place"][::5], abs=1e-12 * float(np.max(np.abs(expected["place"]))))
     described = {v.name: v for v in fmpy.read_model_description(packed).modelVariables}
     assert (described["push"].unit, described["place"].unit, described["mass"].start) == ("kN", "mm", "2000.0")
@@ -68,11 +67,8 @@ def test_a_packed_system_gives_what_run_gives(fmus, tmp_path, fmi):
 def test_an_edge_inside_is_exact_whatever_the_host_steps(fmus, tmp_path, fmi, step):
     """After a ZV-shaped step of 1 N the undamped mass rests at F/k = 0.01 m: what is left is below 1e-10 of it."""
     path = shaped(fmus).to_fmu(tmp_path / "x.fmu", fmi)
-    more = {"use_event_mode": False} if fmi == 3 else {}
     outputs = ["plant.position", "plant.velocity"]
-    found = fmpy.simulate_fmu(
-        str(path), stop_time=1.0, output_interval=step, start_values={"shaper.command": 1.0}, output=outputs, **more
-    )
+    found = fmpy.simulate_fmu(str(path), stop_time=1.0, output_interval=step, start_values={"shaper.command": 1.0}, output=outputs)
     after = found[found["time"] > np.pi / W + step]
     assert np.max(np.abs(after["plant.position"] - 0.01)) < 1e-12
     assert np.max(np.abs(after["plant.velocity"])) < 1e-10 * 0.01 * W
