@@ -46,6 +46,7 @@ fmus: $(READY)  ## Build all FMUs, for all platforms: FMI 2.0 into fmus/, FMI 3.
 dist: $(READY)  ## Build a wheel that carries the native FMUs of all components and the master's loop, into dist/
 	$(BIN)/python -m shaper_fmu.export.build
 	$(BIN)/python -m shaper_fmu.master.loop_library
+	$(BIN)/python -m shaper_fmu.container.library
 	rm -rf dist
 	$(PIP) wheel --quiet --no-deps --wheel-dir dist .; status=$$?; rm -rf shaper_fmu/shipped; exit $$status
 	@ls dist

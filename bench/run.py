@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 from bare_calls import loop_vs_bare_calls
+from containers import container_vs_loop
 from first_run import first_run
 from harness import REPETITIONS, Row
 from masters import MASTERS
@@ -29,6 +30,7 @@ from tune import tune_two_modes
 PAIRS = (
     loop_vs_bare_calls,
     first_run,
+    container_vs_loop,
     me_vs_fmpy,
     native_vs_pythonfmu,
     native_vs_pythonfmu_at_its_best,

@@ -88,7 +88,9 @@ def _texts(fmu: Fmu, variable: ModelVariable, count: int, kind: str) -> list[Val
     """The start values of a variable's elements, or of the array that an element is of."""
     name = str((variable.alias or variable).name)
     declared = declared_of(fmu).variable(name)
-    texts = declared.starts or [declared.attributes[key] for key in ("start",) if key in declared.attributes]  # Dymola's, in FMI 3.0
+    texts = declared.starts or [
+        declared.attributes[key] for key in ("start",) if key in declared.attributes
+    ]  # Dymola's, in FMI 3.0
     texts = texts * count if len(texts) == 1 else texts
     try:
         values: list[Value | None] = [bytes.fromhex(text) if kind == "binary" else text for text in texts]

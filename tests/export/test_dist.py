@@ -29,11 +29,15 @@ assert "site-packages" in str(fmu_path("InputShaper", fmi=3))
 system = System("shaped")
 system.add("shaper", fmu_path("InputShaper"), natural_frequency=[10.0])
 system.add("plant", fmu_path("MassSpringDamper"), damping=0.0)
-system.drive("shaper.command", 100.0)
+system.drive("shaper.command", [(0.0, 100.0)])
 system.connect("shaper.shaped_mean", "plant.force")
 from shaper_fmu.master import loop_library
 assert "site-packages" in str(loop_library._shipped())
 assert loop_library._built_by_a_compiler() is None
+from shaper_fmu.container.build import pack
+from shaper_fmu.container.interface import outer_variables
+packed = pack(system, outer_variables(system, 2), "shaped.fmu")  # the container's library is the wheel's
+assert len(packed.platforms) == 5, packed
 found["position"] = float(system.simulate(stop_time=1.0, step=0.01)["plant.position"][-1]).hex()
 print(json.dumps(found))
 """
@@ -63,7 +67,7 @@ def clean(tmp_path_factory) -> Path:
             shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__", "shipped"))
         else:
             shutil.copy(ROOT / name, source)
-    for part in ("export.build", "master.loop_library"):
+    for part in ("export.build", "master.loop_library", "container.library"):
         run([sys.executable, "-m", f"shaper_fmu.{part}"], cwd=source, env={**os.environ, "PYTHONPATH": str(source)})
     run([*pip(), "wheel", "--no-deps", "--wheel-dir", str(folder), "."], cwd=source)
     shutil.rmtree(source)
