@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +14,7 @@ from shaper_fmu.cli.pack import Fmi, check_platforms, print_packed
 from shaper_fmu.console import err, out
 
 if TYPE_CHECKING:
+    from shaper_fmu.master.fmu import Fmu
     from shaper_fmu.tune.tuned_shaper import TunedShaper
 
 _WITHOUT_FREQUENCY = ("none", "custom")
@@ -63,13 +66,13 @@ def wrap(
     target: Path = output_file(".fmu")(output or Path(f"{plant.stem}_shaped.fmu"))
     check_platforms(platforms)
     found = read_tuned_shaper(tuned) if tuned is not None else None
-    values = _values(shaper, pairs(settings, "--set", "natural_frequency=4.6"), found)
     names = inputs or ([found.input] if found is not None and found.input else [])
     if not names:
         raise typer.BadParameter("name the input that is shaped", param_hint="--input")
+    values = _values(shaper, pairs(settings, "--set", "natural_frequency=4.6"), found)
     fmu = load_fmu(plant)
-    if found is not None and found.source not in (plant.name, plant.stem):
-        err.print(f"note: the tuning is of {found.source}")
+    for note in made_for(fmu, found) if found is not None else ():
+        err.print(f"note: {note}")
     version = int(fmi) if fmi is not None else max(2, fmu.version)
     with wrong_usage("--input, --shaper or --set"):
         system = wrapped_system(fmu, names, values, version)
@@ -98,6 +101,18 @@ def _values(shaper: str | None, given: dict[str, str], found: TunedShaper | None
         message = f"the shaper {values['shaper']} needs --set natural_frequency=... [rad/s], or --tuned"
         raise typer.BadParameter(message, param_hint="--set")
     return values
+
+
+def made_for(fmu: Fmu, found: TunedShaper) -> Iterator[str]:
+    """How the plant that a tuning was made for differs from this one, as far as the file tells."""
+    if Path(found.source).stem != Path(fmu.name).stem:
+        yield f"the tuning is of {found.source}"
+    for name, value in found.settings.items():
+        own = fmu.variables[name].start if name in fmu.variables else None
+        with suppress(ValueError):
+            if own is not None and float(value) != float(own):
+                own_value = f"{fmu.name} starts with {float(own):g}"
+                yield f"the tuning is for {name} = {float(value):g}, but {own_value}: set it where the FMU is used"
 
 
 def _description(plant: Path, names: list[str], found: TunedShaper | None) -> str:

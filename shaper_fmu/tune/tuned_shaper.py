@@ -24,6 +24,7 @@ class TunedShaper:
         good: whether nothing more is to be done.
         words: the tuning's result.
         caveat: what has to be known with it; "" if it is good.
+        settings: start values of the plant that it is for, where they were given.
     """
 
     name: str
@@ -33,6 +34,7 @@ class TunedShaper:
     good: bool
     words: str
     caveat: str
+    settings: dict[str, Any]
 
 
 def read_tuned_shaper(path: Path | str) -> TunedShaper:
@@ -56,6 +58,7 @@ def read_tuned_shaper(path: Path | str) -> TunedShaper:
             good=bool(found["good"]),
             words=str(found["words"]),
             caveat=str(found["caveat"] or ""),
+            settings=dict(found.get("settings") or {}),  # older files have none
         )
     except (ValueError, KeyError, TypeError) as error:
         raise ModelError([f"{path.name} is not a tuning.json that 'shaper-fmu tune' has written ({error!r})"]) from None
