@@ -10,7 +10,6 @@ from faulty_fmus import faulty_fmu
 from fmpy.fmi1 import FMICallException
 from native_drivers import Driver
 
-from shaper_fmu.export.build import fmu_path
 from shaper_fmu.master.system import System
 
 VERSIONS = [(2, 2), (2, 3), (3, 2), (3, 3)]
