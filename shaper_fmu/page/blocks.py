@@ -11,7 +11,7 @@ import markupsafe
 
 from shaper_fmu.drafts import draft_of
 from shaper_fmu.errors import ShaperFmuError
-from shaper_fmu.page.figures import Figure, Map
+from shaper_fmu.page.figures import Figure, Map, Panels
 
 
 @dataclass(frozen=True)
@@ -38,12 +38,23 @@ class Heading:
     text: str
 
 
-Block = Heading | Text | Table | Figure | Map
+Block = Heading | Text | Table | Figure | Map | Panels
 
 Progress = Callable[[float, float], None]
 """Called now and then with what is done, and of how much."""
 
-_PAGE = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string("""\
+_WORD = 24
+"""Letters of the longest word that is never broken; paths and numbers can be longer."""
+
+
+def _breakable(text: str) -> bool:
+    """Whether a word of a cell may be broken where the page is narrow, since it is longer than any word of a language."""
+    return any(len(word) > _WORD for word in text.split())
+
+
+_PAGES = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+_PAGES.tests["breakable"] = _breakable
+_PAGE = _PAGES.from_string("""\
 <!DOCTYPE html>
 <html lang="en">
 <head>
@@ -53,6 +64,7 @@ style-src 'unsafe-inline'; img-src data: blob:">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{{ title }}</title>
 <style>
+:root { color-scheme: only light; background: #fff; }  /* as the figures, which are drawn on white */
 body { font-family: system-ui, sans-serif; line-height: 1.5; max-width: 64rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 h1 { font-size: 1.6rem; }
 h2 { font-size: 1.2rem; margin-top: 2rem; }
@@ -63,13 +75,29 @@ th:first-child, td:first-child { text-align: left; }
 thead th { border-bottom: 2px solid #555; }
 h3 { font-size: 1.05rem; margin: 1.5rem 0 0.3rem; }
 td, th { overflow-wrap: break-word; max-width: 40rem; }
-.left-aligned td { overflow-wrap: anywhere; }
+td.long { overflow-wrap: anywhere; }
+.scrolled { overflow-x: auto; }
 nav ul { columns: 2; padding-left: 1.2rem; }
-.figure { margin: 1rem 0; }
+figure { margin: 1.5rem 0; min-width: 0; }
+figcaption { font-size: 1.05rem; }
+.panels { display: grid; grid-template-columns: 1fr 1fr; }
+@media screen and (max-width: 44rem) {  /* a row of texts is too narrow to read: its cells one below the other, with their heads */
+  .left-aligned thead { display: none; }
+  .left-aligned tr, .left-aligned td { display: block; max-width: none; }
+  .left-aligned tr { border-bottom: 1px solid #ccc; padding: 0.6rem 0; }
+  .left-aligned td { border: 0; padding: 0.1rem 0; }
+  .left-aligned td::before { content: attr(data-head) ": "; color: #666; }
+  .left-aligned td:first-child { font-weight: 600; }
+  .left-aligned td:first-child::before { content: ""; }
+  th, td { padding: 0.3rem 0.5rem; }
+  .panels { grid-template-columns: 1fr; }
+  nav ul { columns: 1; }
+}
 @page { size: A4; margin: 14mm; }
 @media print {
+  .scrolled { overflow-x: visible; }
   body { max-width: none; margin: 0; padding: 0; font-size: 9.5pt; }
-  .figure, tr { break-inside: avoid; }
+  figure, tr { break-inside: avoid; }
   h2, h3 { break-after: avoid; }
   thead { display: table-header-group; }
   .modebar { display: none; }
@@ -103,16 +131,25 @@ addEventListener("afterprint", () => fit(null));
 <p>{{ block.text }}</p>
 {% elif kind == "Table" %}
 <h{{ 3 if headings else 2 }}>{{ block.title }}</h{{ 3 if headings else 2 }}>
-<table{% if block.left_aligned %} class="left-aligned"{% endif %}>
+<div class="scrolled"><table{% if block.left_aligned %} class="left-aligned"{% endif %}>
 <thead><tr>{% for cell in block.head %}<th>{{ cell }}</th>{% endfor %}</tr></thead>
 <tbody>
 {% for row in block.rows %}
-<tr>{% for cell in row %}<td>{{ cell }}</td>{% endfor %}</tr>
+<tr>
+{%- for cell in row %}<td{% if block.left_aligned %} data-head="{{ block.head[loop.index0] }}"{% endif %}
+{{- ' class="long"' if cell is breakable }}>{{ cell }}</td>{% endfor -%}
+</tr>
 {% endfor %}
 </tbody>
-</table>
+</table></div>
+{% elif kind == "Panels" %}
+<figure><figcaption>{{ block.title }}</figcaption><div class="panels">
+{% for figure in block.figures %}
+<figure><figcaption>{{ figure.title }}</figcaption>{{ drawn(figure) }}</figure>
+{% endfor %}
+</div></figure>
 {% else %}
-<div class="figure">{{ block }}</div>
+<figure><figcaption>{{ block.title }}</figcaption>{{ drawn(block) }}</figure>
 {% endif %}
 {% endfor %}
 </body>
@@ -132,26 +169,27 @@ def write_report(
         raise ShaperFmuError(f"{path}: a report is a page, and its file's name ends with .html")
     try:
         from shaper_fmu.page.interactive import interactive, interactive_map, plotly_script
-        from shaper_fmu.page.pictures import write_map_picture, write_picture
+        from shaper_fmu.page.pictures import write_map_picture, write_picture, write_pictures
     except ImportError as error:
         raise ShaperFmuError(f"reports need the package {error.name}: pip install 'shaper-fmu[report]'") from None
     path.parent.mkdir(parents=True, exist_ok=True)
 
-    def shown(block: Block) -> tuple[str, object]:
-        if isinstance(block, Figure | Map):
-            return "Figure", markupsafe.Markup(interactive(block) if isinstance(block, Figure) else interactive_map(block))
-        return type(block).__name__, block
+    def drawn(block: Figure | Map) -> markupsafe.Markup:
+        return markupsafe.Markup(interactive(block) if isinstance(block, Figure) else interactive_map(block))
 
+    shown = [(type(block).__name__, block) for block in blocks]
     with draft_of(path) as draft:
-        draft.write_text(
-            _PAGE.render(title=title, script=markupsafe.Markup(plotly_script()), blocks=[shown(block) for block in blocks]),
-            encoding="utf-8",
-        )
-    written, figures = [path], [block for block in blocks if isinstance(block, Figure | Map)]
+        text = _PAGE.render(title=title, script=markupsafe.Markup(plotly_script()), blocks=shown, drawn=drawn)
+        draft.write_text(text, encoding="utf-8")
+    written, figures = [path], [block for block in blocks if isinstance(block, Figure | Map | Panels)]
     for i, block in enumerate(figures):
         files = [path.with_name(f"{path.stem}_{block.key}.{kind}") for kind in pictures]
-        if files:
-            (write_picture if isinstance(block, Figure) else write_map_picture)(block, *files)  # pyright: ignore[reportArgumentType]
+        if files and isinstance(block, Figure):
+            write_picture(block, *files)
+        elif files and isinstance(block, Map):
+            write_map_picture(block, *files)
+        elif files and isinstance(block, Panels):
+            write_pictures(block.figures, *files, columns=2, title=block.title)
         written += files
         if progress is not None:
             progress(i + 1, len(figures))

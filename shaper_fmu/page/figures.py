@@ -24,6 +24,7 @@ class Line:
         x, y: arrays of shape (n,), in the units that the figure's labels tell.
         markers: whether the points are shown; without `joined` they are all that is shown.
         style: lines of one style look the same in every figure; None to style them in their order.
+        right: whether it belongs to the axis on the right, `Figure.right_label`.
     """
 
     name: str
@@ -32,11 +33,12 @@ class Line:
     markers: bool = False
     style: int | None = None
     joined: bool = True
+    right: bool = False
 
 
 @dataclass(frozen=True)
 class Figure:
-    """Curves over one pair of axes.
+    """Curves over one pair of axes, or two that share the horizontal one.
 
     Attributes:
         key: short name, for the picture's file name.
@@ -45,6 +47,7 @@ class Figure:
         levels: horizontal lines: (value, label).
         marks: vertical lines: (value, label).
         log_x: whether the horizontal axis is logarithmic.
+        right_label: of a second vertical axis, on the right; "" for none.
     """
 
     key: str
@@ -55,6 +58,7 @@ class Figure:
     levels: list[tuple[float, str]] = field(default_factory=list)
     marks: list[tuple[float, str]] = field(default_factory=list)
     log_x: bool = False
+    right_label: str = ""
 
     def styles(self) -> list[tuple[str, str]]:
         """Colour and dash of each line."""
@@ -66,6 +70,21 @@ class Figure:
 
     def _numbers(self) -> list[int]:
         return [i if line.style is None else line.style for i, line in enumerate(self.lines)]
+
+
+@dataclass(frozen=True)
+class Panels:
+    """Figures that belong together, such as (a), (b), ... of a paper's figure: one picture, two in a row.
+
+    Attributes:
+        key: short name, for the picture's file name.
+        title: of the whole.
+        figures: the panels, each with its own key and title.
+    """
+
+    key: str
+    title: str
+    figures: list[Figure]
 
 
 @dataclass(frozen=True)

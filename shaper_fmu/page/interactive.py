@@ -16,6 +16,9 @@ from shaper_fmu.page.figures import Figure, Map
 _TITLE = 32
 """Letters in a line of a panel's title."""
 
+_BELOW = {"orientation": "h", "yanchor": "top", "y": -0.2, "xanchor": "left", "x": 0.0}
+"""A legend beside the curves would leave no room for them on a narrow page."""
+
 
 def plotly_script() -> str:
     """plotly's JavaScript, to be put into the page once."""
@@ -23,14 +26,14 @@ def plotly_script() -> str:
 
 
 def interactive(figure: Figure) -> str:
-    """The figure as an HTML element, for a page that holds `plotly_script`."""
+    """The figure without its title as an HTML element, for a page that holds `plotly_script`."""
     drawn = go.Figure()
     for line, (colour, dash), symbol in zip(figure.lines, figure.styles(), figure.symbols(), strict=True):
         style = {"color": colour, "dash": dash, "width": 2}
         mode = ("lines+markers" if line.markers else "lines") if line.joined else "markers"
         marker = {"color": colour, "symbol": symbol, "size": 6 if line.joined else 11 if len(line.x) == 1 else 4}
         trace = go.Scatter(x=line.x.tolist(), y=line.y.tolist(), name=_escaped(line.name), mode=mode, line=style, marker=marker)
-        drawn.add_trace(trace)
+        drawn.add_trace(trace.update(yaxis="y2") if line.right else trace)
     for value, text in figure.levels:
         drawn.add_hline(y=value, line={"color": "#555", "width": 1, "dash": "dot"}, annotation_text=_escaped(text))
     for value, text in figure.marks:
@@ -38,21 +41,23 @@ def interactive(figure: Figure) -> str:
         place = math.log10(value) if figure.log_x else value  # plotly wants it so for annotations, but not for lines
         annotation = {"yref": "paper", "y": 1.0, "yanchor": "top", "xanchor": "left", "showarrow": False}
         drawn.add_annotation(x=place, text=_escaped(text), **annotation)
+    if figure.right_label:
+        drawn.update_layout(yaxis2={"title": _escaped(figure.right_label), "overlaying": "y", "side": "right", "showgrid": False})
     drawn.update_layout(
-        title={"text": _escaped(figure.title), "x": 0.01, "xanchor": "left"},
         xaxis={"title": _escaped(figure.x_label), "type": "log" if figure.log_x else "linear"},
         yaxis={"title": _escaped(figure.y_label), "rangemode": "tozero"},
         template="plotly_white",
         height=440,
         showlegend=True,
-        margin={"l": 70, "r": 30, "t": 60, "b": 60},
+        legend=_BELOW,
+        margin={"l": 60, "r": 60 if figure.right_label else 10, "t": 36, "b": 60},
         hovermode="x unified" if all(line.joined for line in figure.lines) else "closest",
     )
     return _element(drawn, figure.key)
 
 
 def interactive_map(map_: Map) -> str:
-    """The map as an HTML element, for a page that holds `plotly_script`."""
+    """The map without its title as an HTML element, for a page that holds `plotly_script`."""
     rows, columns = map_.grid()
     titles = ["<br>".join(map(_escaped, textwrap.wrap(name, _TITLE))) for name, _ in map_.panels]
     drawn = make_subplots(
@@ -89,7 +94,6 @@ def interactive_map(map_: Map) -> str:
     for row in range(rows):
         drawn.update_yaxes(title=_escaped(map_.y_label), row=row + 1, col=1)
     drawn.update_layout(
-        title={"text": _escaped(map_.title), "x": 0.01, "xanchor": "left"},
         coloraxis={
             "colorscale": "Cividis",
             "cmin": low,
@@ -97,9 +101,9 @@ def interactive_map(map_: Map) -> str:
             "colorbar": {"title": {"text": _escaped(map_.value_label), "side": "right"}},
         },
         template="plotly_white",
-        height=160 + 280 * rows,
+        height=130 + 280 * rows,
         showlegend=False,
-        margin={"l": 70, "r": 30, "t": 90, "b": 60},
+        margin={"l": 60, "r": 10, "t": 60, "b": 60},
     )
     return _element(drawn, map_.key)
 

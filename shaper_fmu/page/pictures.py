@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import textwrap
 import warnings
 from collections.abc import Sequence
@@ -31,18 +32,23 @@ def write_picture(figure: Figure, *paths: Path) -> Path:
     return write_pictures([figure], *paths)
 
 
-def write_pictures(figures: Sequence[Figure], *paths: Path) -> Path:
-    """Draw the figures one below the other into files, PNG or SVG by the paths' ends; returns the first path."""
-    canvas = Canvas(figsize=(8.0, 4.5 * len(figures)), layout="constrained")
+def write_pictures(figures: Sequence[Figure], *paths: Path, columns: int = 1, title: str = "") -> Path:
+    """Draw the figures, one below the other or in `columns`, into files, PNG or SVG by the paths' ends; returns the first path."""
+    rows = -(-len(figures) // columns)
+    canvas = Canvas(figsize=(8.0 if columns == 1 else 6.0 * columns, 4.5 * rows), layout="constrained")
     FigureCanvasAgg(canvas)
-    for axes, figure in zip(canvas.subplots(len(figures), squeeze=False).flat, figures, strict=True):
-        _draw(figure, axes)
+    places = canvas.subplots(rows, columns, squeeze=False).flat
+    for axes, figure in itertools.zip_longest(places, figures):
+        axes.set_axis_off() if figure is None else _draw(figure, axes)
+    canvas.suptitle(_escaped(title))
     return _save(canvas, paths)
 
 
 def _draw(figure: Figure, axes: Any) -> None:
+    right = axes.twinx() if figure.right_label else axes
+    drawn = []
     for line, (colour, dash), symbol in zip(figure.lines, figure.styles(), figure.symbols(), strict=True):
-        axes.plot(
+        drawn += (right if line.right else axes).plot(
             line.x, line.y, color=colour, label=_escaped(line.name),
             linestyle=_STYLES[dash] if line.joined else "",
             marker=_SYMBOLS[symbol] if line.markers or not line.joined else "",
@@ -77,8 +83,10 @@ def _draw(figure: Figure, axes: Any) -> None:
     if axes.get_ylim()[0] > 0.0:
         axes.set_ylim(bottom=0.0)  # as in the page
     axes.grid(True, linewidth=0.4, color="#cccccc")
-    if figure.lines:
-        axes.legend(framealpha=0.85, edgecolor="none")
+    if figure.right_label:
+        right.set_ylabel(_escaped(figure.right_label))
+    if drawn:
+        right.legend(handles=drawn, framealpha=0.85, edgecolor="none")  # on the upper one of both axes
 
 
 def write_map_picture(map_: Map, *paths: Path) -> Path:

@@ -56,7 +56,7 @@ def test_a_page_with_maps_figures_and_words(tmp_path):
     resources.feed(page)
     assert (resources.found, resources.tables) == ([], 1)
     assert '<table class="left-aligned">' in page
-    assert "<td>&lt;b&gt;</td>" in page
+    assert ">&lt;b&gt;</td>" in page
     kinds = [trace["type"] for trace in traces(page)]
     assert kinds == 2 * ["heatmap", "contour", "contour", "scatter"]
     heat = [np.array(trace["z"]) for trace in traces(page) if trace["type"] == "heatmap"]
