@@ -67,6 +67,7 @@ def pack(
     platforms: Sequence[str] = (),
     experiment: Experiment | None = None,
     time: str | None = None,
+    own_tolerances: bool = True,
     progress: Callable[[str], None] = lambda what: None,
 ) -> Packed:
     """Write a system as one FMU of FMI 2.0 or 3.0, which shows these variables (see interface.py and ssp/packing.py).
@@ -84,6 +85,7 @@ def pack(
         platforms: names such as "x86_64-windows", or "this"; default: all that every FMU inside has a library for.
         experiment: the default experiment.
         time: name of the independent variable, if FMI 2.0 is to show one.
+        own_tolerances: whether FMUs get the tolerance of their own default experiment from a host that gives none, as in a run.
         progress: told what is being done.
 
     Raises ModelError with everything that stands against it, and BuildError; then no file is written or changed.
@@ -100,6 +102,8 @@ def pack(
     treatment = treat_events(system, exact)
     inside = _with_inputs(system, variables)
     program, control = _program(inside, variables, treatment, algorithm)
+    if not own_tolerances:
+        program.layout.instances["tolerance"] = 0.0
     model = name or path.stem
     head = Head(
         name=model,

@@ -16,7 +16,7 @@ from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.units import BASE
 
 REALS = ("Real", "Float64", "Float32")
-SECOND = Unit(name="s", baseUnit=BaseUnit(s=1))
+SECOND: Unit = Unit(name="s", baseUnit=BaseUnit(s=1))
 TEXTS = ("String", "Binary", "Boolean")
 _TO_3 = {"Real": "Float64", "Integer": "Int32"}
 _TO_2 = {"Float64": "Real", "Float32": "Real"}

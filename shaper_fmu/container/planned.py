@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from shaper_fmu.master.fmu import Fmu
-from shaper_fmu.master.instance import Instance
+from shaper_fmu.master.instance import EventInfo, Instance
 
 _FUNCTION, _HANDLE = 1 << 62, 1 << 61  # no address is as large
 _SYMBOLS = 1 << 20
@@ -32,8 +32,11 @@ class PlannedInstance(Instance):
     """An instance of which everything is known but its addresses, which are numbers that stand for them here."""
 
     def __init__(self, number: int, name: str, fmu: Fmu, event_mode: bool, values: Mapping[str, Any], symbols: Symbols):
-        self.name, self.fmu, self.event_mode = name, fmu, event_mode and fmu.has_event_mode
-        self.initialized, self.event_info = False, None
+        self.name: str = name
+        self.fmu: Fmu = fmu
+        self.event_mode: bool = event_mode and fmu.has_event_mode
+        self.initialized: bool = False
+        self.event_info: EventInfo | None = None
         self.symbols: Symbols = symbols
         self._number, self._values = number, values
 

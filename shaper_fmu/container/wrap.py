@@ -47,6 +47,7 @@ def wrap(
         description=description or f"{fmu.name} with {' and '.join(inputs)} shaped.",
         experiment=_experiment(fmu),
         time=time_of(system),
+        own_tolerances=False,  # the plant hears what it would hear without a container
         **options,
     )
     notes = tuple(f"not shown: {text}" for text in not_wrapped(system, version))

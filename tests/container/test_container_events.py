@@ -113,7 +113,9 @@ def linear_plant(tmp_path, fmi: int, step: float | None = None) -> Driver:
 def test_inputs_that_are_linear_over_a_step_are_so_inside(inner, step, tmp_path):
     """A ramp of the force of 3 N/s: x = (3 t - 3 sin(w t) / w) / k, exact for a plant inside that takes the derivative."""
     driver = linear_plant(tmp_path, inner, step).initialize()
-    assert driver.description.coSimulation.canInterpolateInputs
+    simulation = driver.description.coSimulation
+    assert simulation is not None
+    assert simulation.canInterpolateInputs
     reference = driver.variables["plant.force"].valueReference
     for i in range(20):
         t = i * 0.05
@@ -133,7 +135,9 @@ def test_inputs_that_are_linear_over_a_step_are_so_inside(inner, step, tmp_path)
 def test_a_plant_inside_that_takes_no_derivative_gets_a_staircase(tmp_path):
     """Of the inner step; half of it shifts a ramp, to first order."""
     driver = linear_plant(tmp_path, 3, 0.001)
-    assert not driver.description.coSimulation.canInterpolateInputs
+    simulation = driver.description.coSimulation
+    assert simulation is not None
+    assert not simulation.canInterpolateInputs
     driver.close()
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import pytest
 from containers import container
@@ -23,7 +22,7 @@ def versions(request) -> tuple[int, int]:
 
 
 @pytest.fixture
-def driver(versions, tmp_path) -> Iterator[Driver]:
+def driver(versions, tmp_path) -> Driver:
     """first -> x -> last in a container, with x's fault, its status and its time as parameters."""
     inner, outer = versions
     path = container(chain(faulty_fmu(inner)), tmp_path / "chain.fmu", outer, expose=("x.fault", "x.status", "x.fault_time"))

@@ -45,6 +45,7 @@ def go_on(driver: Driver, begin: int, end: int) -> list[tuple[float, ...]]:
 def test_the_description_says_that_states_are_there(path):
     driver = Driver(path)
     simulation = driver.description.coSimulation
+    assert simulation is not None
     assert simulation.canGetAndSetFMUstate  # fmpy's name for both versions
     assert simulation.canSerializeFMUstate
     driver.close()
@@ -99,7 +100,9 @@ def test_serialized_bytes_become_the_state_in_another_instance(path):
 
 def test_without_states_inside_there_are_none_outside(tmp_path):
     driver = Driver(container(chain(faulty_fmu(2)), tmp_path / "c.fmu"))
-    assert not driver.description.coSimulation.canGetAndSetFMUstate
+    simulation = driver.description.coSimulation
+    assert simulation is not None
+    assert not simulation.canGetAndSetFMUstate
     driver.close()
 
 

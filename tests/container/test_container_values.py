@@ -57,7 +57,9 @@ def test_enumerations_and_arrays_of_parameters(versions, tmp_path):
     inner, outer = versions
     path = container(shaped_oscillator(inner), tmp_path / "c.fmu", outer, expose=("shaper.shaper", "shaper.natural_frequency*"))
     driver = Driver(path)
-    items = {item.name: int(item.value) for item in driver.variables["shaper.shaper"].declaredType.items}
+    declared = driver.variables["shaper.shaper"].declaredType
+    assert declared is not None
+    items = {item.name: int(str(item.value)) for item in declared.items}
     arrays = [name for name in driver.variables if name.startswith("shaper.natural_frequency")]
     assert len(arrays) == (1 if (inner, outer) == (3, 3) else 4)
     driver.set({"shaper.shaper": items["ei"], "shaper.natural_frequency[1]": 2.0 * FREQUENCY})
@@ -131,8 +133,8 @@ def test_start_values_of_the_system_are_those_of_the_container(versions, tmp_pat
     system.set("shaper.command", 0.25)
     path = container(system, tmp_path / "c.fmu", outer, expose=("plant.stiffness",))
     driver = Driver(path)
-    assert float(driver.variables["shaper.command"].start) == 0.25
-    assert float(driver.variables["plant.stiffness"].start) == 100.0
+    assert float(str(driver.variables["shaper.command"].start)) == 0.25
+    assert float(str(driver.variables["plant.stiffness"].start)) == 100.0
     for _ in range(2):
         driver.initialize()
         driver.step(0.0, 1.0)

@@ -44,7 +44,7 @@ class Statements(Loops):
         self.scope.say("return;" if code.kind == NOTHING else f"return {self.scope.as_kind(code, result.kind, s)};")
 
     def _functiondef(self, s: ast.FunctionDef) -> None:
-        self.commented = max(self.commented, s.end_lineno or 0)
+        self.commented: int = max(self.commented, s.end_lineno or 0)
         self.scope.bind(s, s.name, self.e.inner(s))
 
     def _if(self, s: ast.If, joins: bool = False) -> None:
