@@ -43,12 +43,13 @@ class ArmResiduals:
 
     Attributes:
         vibration: V, the swing's envelope taken back to the end of the command by its damping, over that of a step.
-        envelope: of the swing `SETTLED` after the command's end [rad].
+        envelope: of the swing `SETTLED` after the command's end [rad]. amplitude: the same, taken back to the end [rad].
         peaks: the largest magnitudes of swing [rad], slide speed [m/s], slide position [m] and reference speed [m/s].
     """
 
     vibration: float
     envelope: float
+    amplitude: float
     peaks: dict[str, float]
 
 
@@ -72,20 +73,25 @@ class ArmBench:
         self._simulation.close()
         self._shown.close()
 
-    def residuals(self, command: str, ratio: float | None = None) -> ArmResiduals:
-        """After a command of `COMMANDS`, with the paper's rod or one that has `ratio` times the designed frequency."""
+    def residuals(self, command: str, ratio: float | None = None, estimate: float = 1.0) -> ArmResiduals:
+        """After a command of `COMMANDS`, with the paper's rod or one that has `ratio` times the designed frequency.
+
+        `estimate` is the frequency for which the command is designed, over the paper's.
+        """
         length = ROD_LENGTH if ratio is None else rod_length(ratio)
-        values = {"profile.profile": COMMANDS[command], **rod(length)}
+        values = {
+            "profile.profile": COMMANDS[command], "profile.natural_frequency": estimate * NATURAL_FREQUENCY, **rod(length),
+        }  # fmt: skip
         found = self._simulation.run(START + DURATION + SETTLED, STEP, start_values=values).metrics
         w = math.sqrt(1.5 * GRAVITY / length)
         envelope = swing_envelope(found[_STATE[0]], found[_STATE[1]], w)
         peaks = {name: found[f"peak {name}"] for name in _PEAKS}
         at_end = envelope * math.exp(DAMPING_RATIO * w * SETTLED)
-        return ArmResiduals(at_end / step_swing(length / 1.5), envelope, peaks)
+        return ArmResiduals(at_end / step_swing(length / 1.5), envelope, at_end, peaks)
 
     def shown(self, command: str, stop_time: float) -> Results:
         """Time responses with the paper's rod."""
-        values = {"profile.profile": COMMANDS[command], **rod(ROD_LENGTH)}
+        values = {"profile.profile": COMMANDS[command], "profile.natural_frequency": NATURAL_FREQUENCY, **rod(ROD_LENGTH)}
         return self._shown.run(stop_time, 1e-3, start_values=values)
 
 

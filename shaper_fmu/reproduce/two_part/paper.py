@@ -24,12 +24,16 @@ from shaper_fmu.reproduce.two_part.study import (
     MAP_DAMPINGS,
     MAP_RATIOS,
     RATIOS,
+    Estimates,
     Study,
     run_study,
 )
 
 PAPER = "A. Kilic, S. Kapucu: A New Robust Method for Reducing Residual Vibrations in Flexible Systems, 2011 (in Turkish)"
+ESTIMATE = "estimated over actual natural frequency, w*/w"
+PLANT = "actual over designed natural frequency"
 _LEVELS = [(100 * LEVEL, "5 %")]
+_MARKS = [(1.0, "designed")]
 
 
 def reproduce(update: Update) -> Reproduction:
@@ -52,13 +56,8 @@ def _notes() -> Block:
 
 def _motions(study: Study) -> list[Block]:
     shapes = [Line(name, _time(run), run["profile.position"] / DISTANCE) for name, run in study.shapes.items()]
-    slides, swings = [], []
+    swings = []
     for i, (name, run) in enumerate(study.arm_runs.items()):
-        first = _time(run) <= 1.3
-        slides += [
-            Line(f"reference, {name}", _time(run)[first], run["profile.position"][first] / DISTANCE, style=2 * i),
-            Line(f"slide, {name}", _time(run)[first], run["arm.slide_position"][first] / DISTANCE, style=2 * i + 1),
-        ]
         exact = study.swings[name].run
         swings += [
             Line(f"hydraulic arm, {name}", _time(run), run["arm.swing_angle"], style=2 * i),
@@ -70,11 +69,22 @@ def _motions(study: Study) -> list[Block]:
         for k, side in enumerate(("piston side", "rod side"))
     ]
     return [
-        Figure("commands", "The reference input and the same in two parts (figure 2)", "time [s]", "share of the distance", shapes),
-        Figure("slide", "Hydraulic arm: the slide follows (figures 3 and 4)", "time [s]", "share of the distance", slides),
-        Figure("swing", "Swing of the pendulum (figures 3 and 4)", "time [s]", "angle [rad]", swings),
+        Figure("fig2", "Fig. 2: the reference input (a) and the proposed one (b)", "time [s]", "share of the distance", shapes),
+        _response("fig3", "Fig. 3: the cylinder and the pendulum, reference input", study.arm_runs["single"]),
+        _response("fig4", "Fig. 4: the cylinder and the pendulum, proposed input", study.arm_runs["two-part"]),
+        Figure("swing", "Swing on the hydraulic arm and with an exact drive", "time [s]", "angle [rad]", swings),
         Figure("pressure", "Hydraulic arm: pressures in the cylinder", "time [s]", "pressure [bar]", pressures),
     ]
+
+
+def _response(key: str, title: str, run: Results) -> Figure:
+    time = _time(run)
+    lines = [
+        Line("input", time, run["profile.position"] / DISTANCE),
+        Line("hydraulic cylinder", time, run["arm.slide_position"] / DISTANCE),
+        Line("pendulum", time, run["arm.swing_angle"], right=True),
+    ]
+    return Figure(key, title, "time [s]", "share of the distance", lines, right_label="swing [rad]")
 
 
 def _time(run: Results) -> np.ndarray:
@@ -115,23 +125,51 @@ def _percent(value: float) -> str:
 
 
 def _curves(study: Study) -> list[Block]:
-    lines = [Line(name, RATIOS, 100 * curve, style=i) for i, (name, curve) in enumerate(study.curves.items())]
     inside = (ARM_RATIOS[0] - 1e-9 <= RATIOS) & (ARM_RATIOS[-1] + 1e-9 >= RATIOS)
+    by_estimate = [Line(name, RATIOS, 100 * one.curve, style=i) for i, (name, one) in enumerate(study.estimates.items())]
+    by_plant = [Line(name, RATIOS, 100 * curve, style=i) for i, (name, curve) in enumerate(study.curves.items())]
     arms = []
     for i, name in enumerate(COMMANDS):
         arms += [
             Line(f"{name}, oscillator", RATIOS[inside], 100 * study.curves[name][inside], style=2 * i),
             Line(f"{name}, hydraulic arm", ARM_RATIOS, 100 * study.arm_curves[name], markers=True, style=2 * i + 1),
         ]
-    marks = [(1.0, "designed")]
-    x_label, y_label = "actual / designed wn", "V [%]"
-    title = "Robustness of the commands (figures 5 and 6), and of shaped steps"
-    rows = [[name, *(f"{100 * v:.3f}" for v in study.errors[name])] for name in COMMANDS]
     return [
-        Figure("robustness", title, x_label, y_label, lines, _LEVELS, marks),
-        Table("V [%] at wrong frequencies", ["command", *(f"{r:g} wn" for r in ERRORS)], rows),
-        Figure("arm_robustness", "Robustness on the hydraulic arm, by the rod's length", x_label, y_label, arms, _LEVELS, marks),
+        _amplitude("fig5", "Fig. 5: robustness of the reference input", study.estimates["single"]),
+        _amplitude("fig6", "Fig. 6: robustness of the proposed input", study.estimates["two-part"]),
+        Text(
+            "Figures 5 and 6 are over the estimate w* of eq. (7): the command is designed for w*, the pendulum has its own "
+            "frequency w. A robustness curve of a shaper is usually over the plant's frequency instead: the command stays, the "
+            "pendulum changes. Both follow; they are no mirror images, since the time of the move is fixed."
+        ),
+        Figure("estimate", "V over the estimate", ESTIMATE, "V [%]", by_estimate, _LEVELS, [(1.0, "right estimate")]),
+        Figure("robustness", "V over the pendulum's frequency, with shaped steps", PLANT, "V [%]", by_plant, _LEVELS, _MARKS),
+        _errors_table(study),
+        Figure("arm_robustness", "V on the hydraulic arm, by the rod's length", PLANT, "V [%]", arms, _LEVELS, _MARKS),
     ]
+
+
+def _amplitude(key: str, title: str, one: Estimates) -> Figure:
+    inside = (ARM_RATIOS[0] - 1e-9 <= RATIOS) & (ARM_RATIOS[-1] + 1e-9 >= RATIOS)
+    lines = [
+        Line("hydraulic arm", ARM_RATIOS, one.arm, markers=True),
+        Line("linear pendulum", RATIOS[inside], one.amplitude[inside]),
+    ]
+    return Figure(key, title, ESTIMATE, "amplitude of the pendulum [rad]", lines, marks=[(1.0, "right estimate")])
+
+
+def _errors_table(study: Study) -> Table:
+    rows = []
+    for name in COMMANDS:
+        one = study.estimates[name]
+        for what, values, ends in (
+            ("estimate wrong, same time", one.errors, one.band),
+            ("estimate wrong, time in its periods", one.in_periods, one.in_periods_band),
+            ("pendulum changed", study.errors[name], study.bands[name]),
+        ):
+            rows.append([f"{name}: {what}", *(f"{100 * v:.3f}" for v in values), band_text(ends)])
+    head = ["command", *(f"{r:g}" for r in ERRORS), "V below 5 %"]
+    return Table("V [%] over w*/w of a wrong estimate, or over actual by designed frequency of a changed pendulum", head, rows)
 
 
 def _damping(study: Study) -> list[Block]:
@@ -157,7 +195,7 @@ def _damping(study: Study) -> list[Block]:
         Map(
             "damping_map",
             "Wrong frequency and damping",
-            "actual / designed wn",
+            PLANT,
             "actual damping ratio",
             "V [%]",
             MAP_RATIOS,

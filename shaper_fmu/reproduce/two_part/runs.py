@@ -71,6 +71,18 @@ def vibration(
     return bench.residuals(values, ratio * NATURAL_FREQUENCY, damping_ratio, DURATION).vibration
 
 
+def vibration_by_estimate(bench: OscillatorBench, command: str, estimate: float, in_periods: bool = False) -> float:
+    """V of a command designed for `estimate` times the plant's natural frequency, as in eq. (7) of the paper.
+
+    Its duration is the paper's; with `in_periods` it is as many periods of the estimate as the paper's is of the plant.
+    """
+    duration = DURATION / estimate if in_periods else DURATION
+    values = {
+        **command_values(command), "profile.natural_frequency": estimate * NATURAL_FREQUENCY, "profile.duration": duration,
+    }  # fmt: skip
+    return bench.residuals(values, NATURAL_FREQUENCY, DAMPING_RATIO, duration, step=duration / STEPS).vibration
+
+
 def shaped_vibration(bench: OscillatorBench, shaper: str, ratio: float) -> tuple[float, float]:
     """V of a step through a shaper of `SHAPERS` at its own end, exact since its jumps are events; and its duration [s]."""
     start = {"profile.profile": "step", "shaper.shaper": SHAPERS[shaper]}

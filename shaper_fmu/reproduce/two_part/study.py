@@ -18,10 +18,13 @@ from shaper_fmu.reproduce.two_part.runs import (
     PendulumBench,
     band,
     oscillator,
+    rope_length,
     shape,
     shaped_vibration,
+    step_swing,
     vibration,
     vibration_after,
+    vibration_by_estimate,
 )
 
 LEVEL = 0.05
@@ -57,15 +60,38 @@ class Swing:
 
 
 @dataclass(frozen=True)
+class Estimates:
+    """A command designed for a wrong estimate w* of a pendulum's frequency, as the paper's eq. (7) has it.
+
+    Attributes:
+        curve, errors: V over `RATIOS` of w*/w, and at `ERRORS`. band: w*/w between which V stays below 5 %.
+        amplitude: of a linear pendulum's swing after the move, over `RATIOS` [rad]. arm: on the hydraulic arm, over `ARM_RATIOS`.
+        arm_band: as `band`, on the arm.
+        in_periods: V at `ERRORS` where the move takes 0.85 periods of w* in place of its fixed time; `in_periods_band` below 5 %.
+    """
+
+    curve: np.ndarray
+    errors: list[float]
+    band: tuple[float, float]
+    amplitude: np.ndarray
+    arm: np.ndarray
+    arm_band: tuple[float, float]
+    in_periods: list[float]
+    in_periods_band: tuple[float, float]
+
+
+@dataclass(frozen=True)
 class Study:
     """Numbers of all runs, by command ("single", "two-part") or shaper ("ZV", "ZVD").
 
     Attributes:
         shapes: the commands over time, with their peaks. durations: V of the single profile by duration [s].
         half: V of the first part of the two-part command, relative to its own distance.
-        nominal, errors, bands, curves: V on the oscillator at the designed frequency, at `ERRORS`, below 5 %, over `RATIOS`.
+        nominal, errors, bands, curves: V on the oscillator at the designed frequency, at `ERRORS`, below 5 %, over `RATIOS`:
+            the pendulum changes, the command stays.
         shaper_durations: of `SHAPERS` [s].
         swings: of the nonlinear pendulum. arm, arm_bands, arm_curves, arm_runs: the same of the hydraulic arm.
+        estimates: of the commands of `COMMANDS`: the command changes, the pendulum stays.
         undamped: V at the designed frequency of commands that are designed without damping.
         damping: V over `DAMPINGS`. maps: V over `MAP_DAMPINGS` and `MAP_RATIOS`, shape (m, n).
     """
@@ -83,6 +109,7 @@ class Study:
     arm_bands: dict[str, tuple[float, float]]
     arm_curves: dict[str, np.ndarray]
     arm_runs: dict[str, Results]
+    estimates: dict[str, Estimates]
     undamped: dict[str, float]
     damping: dict[str, np.ndarray]
     maps: dict[str, np.ndarray]
@@ -90,7 +117,7 @@ class Study:
 
 def run_study(update: Update) -> Study:
     """Everything, in some seconds; `update(done, total)` is called after each part."""
-    parts = 6
+    parts = 7
     update(0, parts)
     shapes = {name: shape(name) for name in COMMANDS}
     with oscillator(DURATIONS[-1]) as bench:
@@ -121,15 +148,35 @@ def run_study(update: Update) -> Study:
         arm_curves = {name: np.array([real.residuals(name, r).vibration for r in ARM_RATIOS]) for name in COMMANDS}
         arm_bands = {name: band(lambda r, n=name: real.residuals(n, r).vibration, LEVEL) for name in COMMANDS}
         arm_runs = {name: real.shown(name, STOP) for name in COMMANDS}
+        update(6, parts)
+        with oscillator() as fixed, oscillator(DURATION / ARM_RATIOS[0]) as scaled:
+            estimates = {name: _estimates(name, fixed, scaled, real) for name in COMMANDS}
     update(parts, parts)
     return Study(
         shapes, durations, half, nominal, errors, bands, curves, shaper_durations, swings,
-        arm, arm_bands, arm_curves, arm_runs, undamped, damping, maps,
+        arm, arm_bands, arm_curves, arm_runs, estimates, undamped, damping, maps,
     )  # fmt: skip
 
 
 def _map(bench: OscillatorBench, command: str) -> np.ndarray:
     return np.array([[vibration(bench, command, r, z) for r in MAP_RATIOS] for z in MAP_DAMPINGS])
+
+
+def _estimates(command: str, fixed: OscillatorBench, scaled: OscillatorBench, arm: ArmBench) -> Estimates:
+    def in_periods(estimate: float) -> float:
+        return vibration_by_estimate(scaled, command, estimate, in_periods=True)
+
+    curve = np.array([vibration_by_estimate(fixed, command, r) for r in RATIOS])
+    return Estimates(
+        curve=curve,
+        errors=[vibration_by_estimate(fixed, command, r) for r in ERRORS],
+        band=band(lambda r: vibration_by_estimate(fixed, command, r), LEVEL),
+        amplitude=curve * step_swing(rope_length(1.0)),
+        arm=np.array([arm.residuals(command, estimate=r).amplitude for r in ARM_RATIOS]),
+        arm_band=band(lambda r: arm.residuals(command, estimate=r).vibration, LEVEL),
+        in_periods=[in_periods(r) for r in ERRORS],
+        in_periods_band=band(in_periods, LEVEL),
+    )
 
 
 def _swing(moved: Results) -> Swing:
