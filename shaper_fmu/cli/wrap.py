@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,7 +12,6 @@ from shaper_fmu.cli.pack import Fmi, check_platforms, print_packed
 from shaper_fmu.console import err, out
 
 if TYPE_CHECKING:
-    from shaper_fmu.master.fmu import Fmu
     from shaper_fmu.tune.tuned_shaper import TunedShaper
 
 _WITHOUT_FREQUENCY = ("none", "custom")
@@ -58,8 +55,8 @@ def wrap(
         shaper-fmu wrap crane.fmu --input trolley_acceleration --shaper zvd --set natural_frequency=1.4
         shaper-fmu wrap crane.fmu --tuned crane_tuned/tuning.json
     """
+    from shaper_fmu.container.wrap import other_starts, wrapped_system
     from shaper_fmu.container.wrap import wrap as write
-    from shaper_fmu.container.wrap import wrapped_system
     from shaper_fmu.master.fmu import load_fmu
     from shaper_fmu.tune.tuned_shaper import read_tuned_shaper
 
@@ -71,8 +68,10 @@ def wrap(
         raise typer.BadParameter("name the input that is shaped", param_hint="--input")
     values = _values(shaper, pairs(settings, "--set", "natural_frequency=4.6"), found)
     fmu = load_fmu(plant)
-    for note in made_for(fmu, found) if found is not None else ():
-        err.print(f"note: {note}")
+    if found is not None:
+        other = [] if Path(found.source).stem == plant.stem else [f"the tuning is of {found.source}"]
+        for note in (*other, *other_starts(fmu, found.settings)):
+            err.print(f"note: {note}")
     version = int(fmi) if fmi is not None else max(2, fmu.version)
     with wrong_usage("--input, --shaper or --set"):
         system = wrapped_system(fmu, names, values, version)
@@ -101,18 +100,6 @@ def _values(shaper: str | None, given: dict[str, str], found: TunedShaper | None
         message = f"the shaper {values['shaper']} needs --set natural_frequency=... [rad/s], or --tuned"
         raise typer.BadParameter(message, param_hint="--set")
     return values
-
-
-def made_for(fmu: Fmu, found: TunedShaper) -> Iterator[str]:
-    """How the plant that a tuning was made for differs from this one, as far as the file tells."""
-    if Path(found.source).stem != Path(fmu.name).stem:
-        yield f"the tuning is of {found.source}"
-    for name, value in found.settings.items():
-        own = fmu.variables[name].start if name in fmu.variables else None
-        with suppress(ValueError):
-            if own is not None and float(value) != float(own):
-                own_value = f"{fmu.name} starts with {float(own):g}"
-                yield f"the tuning is for {name} = {float(value):g}, but {own_value}: set it where the FMU is used"
 
 
 def _description(plant: Path, names: list[str], found: TunedShaper | None) -> str:

@@ -232,7 +232,7 @@ def finished(found: Iterable[OuterVariable], fmi: int, rename: Mapping[str, str]
             problems.append(f"{variable.name} would be the name of {owners[variable.name]} and of {what}: rename one of them")
         owners.setdefault(variable.name, what)
     if not named:
-        problems.append("there is nothing to show: no input is free, and there is no output")
+        problems.append("there is nothing to show: no input is free, and there is no output; expose a variable")
     if problems:
         raise ModelError(problems)
     return [replace(variable, reference=i) for i, variable in enumerate(named)]

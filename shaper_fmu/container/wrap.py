@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +54,16 @@ def wrap(
     notes = tuple(f"not shown: {text}" for text in not_wrapped(system, version))
     own = platforms_of(fmu)  # that the shaper has more is nobody's concern
     return Packed(packed.path, packed.platforms, tuple(name for name in packed.left_out if name in own), (*packed.notes, *notes))
+
+
+def other_starts(fmu: Fmu, settings: Mapping[str, Any]) -> Iterator[str]:
+    """Where a plant starts otherwise than a tuning was told to have it."""
+    for name, value in settings.items():
+        own = fmu.variables[name].start if name in fmu.variables else None
+        with suppress(ValueError):
+            if own is not None and float(value) != float(own):
+                there = f"{fmu.name} starts with {float(own):g}"
+                yield f"the tuning is for {name} = {float(value):g}, but {there}: set it where the FMU is used"
 
 
 def wrapped_system(fmu: Fmu, inputs: Sequence[str], shaper: Mapping[str, Any], fmi: int) -> SystemStructure:

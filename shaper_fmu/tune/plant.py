@@ -135,6 +135,12 @@ class Plant:
         return {name: value for name, value in given.items() if f"{instance}.{name}" != self.input}
 
     @property
+    def settings(self) -> dict[str, Any]:
+        """All start values that were given, without the excited input's."""
+        given = {f"{name}.{v}": value for name, values in self._system.start_values.items() for v, value in values.items()}
+        return {self.short(name): value for name, value in given.items() if name != self.input}
+
+    @property
     def own_steps(self) -> list[float]:
         """Steps that its FMUs name as their own [s]: of the default experiment, or fixed internal ones."""
         declared = [_number(getattr(fmu.capabilities, "fixedInternalStepSize", None)) for fmu in self._system.fmus.values()]

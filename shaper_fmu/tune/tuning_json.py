@@ -56,6 +56,7 @@ def tuning_numbers(tuning: Tuning) -> dict[str, Any]:
         "outputs": list(tuning.outputs),
         "units": _units(tuning),
         "command": _command(tuning.command) if tuning.plant is not None else None,
+        "settings": tuning.system.settings if tuning.system is not None else {},
         "spread": dict(tuning.spread),
         "wish": _requirements(requirements) if requirements is not None else None,
         "findings": _findings(tuning.findings),

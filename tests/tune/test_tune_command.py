@@ -46,7 +46,9 @@ def test_the_words_and_the_files(spring):
     folder, done = spring
     assert "tuned: " in done.stdout
     assert "the tolerance of 5 % holds" in done.stdout
-    names = {"InputShaper_MassSpringDamper.fmu", "shaper.ssv", "shaped_plant.ssp", "tuning.json", "report.html"}
+    names = {
+        "InputShaper_MassSpringDamper.fmu", "shaper.ssv", "shaped_plant.ssp", "MassSpringDamper_shaped.fmu", "tuning.json", "report.html"
+    }  # fmt: skip
     assert names <= {path.name for path in folder.iterdir()}
     assert all(f"wrote MassSpringDamper_tuned/{name}" in done.stdout for name in names)
     assert len(list(folder.glob("report_*.png"))) >= 5
@@ -75,6 +77,18 @@ def test_the_shapers_fmu_begins_tuned(spring):
     results = system.simulate(delays[-1] + 2.0, 1e-3, record=["shaper.shaped"])
     found = np.interp(times, results.time, results["shaper.shaped"])
     assert found == pytest.approx(np.cumsum(amplitudes), rel=1e-12)
+
+
+def test_the_shaped_plant_is_what_wrap_makes_of_the_tuning(spring, fmus, tmp_path):
+    """The plant's FMU with the shaper inside, for the plant's own start values; that the tuning is for others is told."""
+    plant = fmus / "MassSpringDamper.fmu"
+    name = "MassSpringDamper_shaped.fmu"
+    done = typed("wrap", plant, "--tuned", spring[0] / "tuning.json", "--output", name, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / name).read_bytes() == (spring[0] / name).read_bytes()
+    note = "note: the tuning is for mass = 2, but MassSpringDamper.fmu starts with 1: set it where the FMU is used"
+    assert note in done.stderr
+    assert note in spring[1].stderr
 
 
 def test_the_archive_runs_and_holds_the_tolerance(spring):

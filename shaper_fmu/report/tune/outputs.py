@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from shaper_fmu.archives import write_file
-from shaper_fmu.errors import ModelError, ShaperFmuError
+from shaper_fmu.container.wrap import other_starts, wrap
+from shaper_fmu.errors import BuildError, ModelError, ShaperFmuError
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.export.native.toolchain import has_toolchain
 from shaper_fmu.export.start_values import with_start_values
@@ -34,7 +35,8 @@ def write_tuning(tuning: Tuning, folder: Path | str, *, report: bool = True, say
     """Write all files of a tuning into a folder; returns the paths.
 
     tuning.json and, with `report`, report.html and its pictures are always written; the shaper's FMU and shaper.ssv where
-    there is a recommendation, shaped_plant.ssp where there is a plant, too, and an archive can hold it (else `say` tells why).
+    there is a recommendation, shaped_plant.ssp where there is a plant, too, and an archive can hold it, and <plant>_shaped.fmu,
+    which takes the plant's place, where that is an FMU that a container can run (else `say` tells why).
     With a verdict that is not good each of these files begins its description with `Tuning.caveat`.
     Raises ShaperFmuError if something cannot be written.
     """
@@ -44,6 +46,7 @@ def write_tuning(tuning: Tuning, folder: Path | str, *, report: bool = True, say
     if tuning.choice is not None and tuning.choice.recommended is not None:
         say("writing the shaper and the system")
         written += _write_shaper(tuning, folder, say)
+        written += _write_plant(tuning, folder, say)
     written.append(write_json(folder / NUMBERS, tuning))
     if report:
         say("writing the report")
@@ -53,7 +56,7 @@ def write_tuning(tuning: Tuning, folder: Path | str, *, report: bool = True, say
 
 def left_over(tuning: Tuning, folder: Path, written: Sequence[Path]) -> list[Path]:
     """Files of a shaper that an earlier tuning of the same plant has left in the folder, and this one has not written."""
-    names = (f"{_name(tuning)}.fmu", PARAMETERS, ARCHIVE)
+    names = (f"{_name(tuning)}.fmu", PARAMETERS, ARCHIVE, _shaped_name(tuning))
     return [path for path in (folder / name for name in names) if path.is_file() and path not in written]
 
 
@@ -118,6 +121,27 @@ def _write_system(tuning: Tuning, folder: Path) -> Path:
         description=f"{caveat}{tuning.source} behind the shaper {tuning.candidate.name}; look at {', '.join(tuning.outputs)}.",
         more={"parameter_sets/unshaped.ssv": unshaped},
     )
+
+
+def _write_plant(tuning: Tuning, folder: Path, say: Say) -> list[Path]:
+    """The plant's FMU with the input shaped."""
+    plant, candidate = tuning.system, tuning.candidate
+    if plant is None or candidate is None or not plant.alone:
+        return []
+    (fmu,) = plant.fmus.values()
+    caveat = f"{tuning.caveat}. " if tuning.caveat else ""
+    for note in other_starts(fmu, plant.settings):
+        say(f"note: {note}")
+    words = f"{caveat}{fmu.name} with {tuning.input} shaped by {candidate.name}."
+    try:
+        return [wrap(fmu, [tuning.input], folder / _shaped_name(tuning), candidate.start_values(), description=words).path]
+    except (ModelError, BuildError) as error:
+        say(f"the plant cannot be shaped in place: {' '.join(str(error).split())}")
+        return []
+
+
+def _shaped_name(tuning: Tuning) -> str:
+    return f"{Path(tuning.source).stem}_shaped.fmu"
 
 
 def _shaper(tuning: Tuning) -> Path:
