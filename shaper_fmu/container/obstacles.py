@@ -10,6 +10,9 @@ from shaper_fmu.master.signals import Table, TypedSignal
 from shaper_fmu.master.structure import SystemStructure
 
 VERSIONS = (2, 3)
+_LIBRARIES = (".so", ".dll", ".dylib")
+_MOST = 4
+"""Files that are named in a message."""
 
 
 def obstacles(system: SystemStructure, fmi: int) -> list[str]:
@@ -47,8 +50,9 @@ def _of_platforms(system: SystemStructure) -> Iterator[str]:
     without = [name for name, platforms in found.items() if not platforms]
     for name in without:
         fmu = system.fmus[name]
-        folders = sorted({path.parent.name for path in (fmu.folder / "binaries").glob("*/*")})
-        has = f"it has {', '.join(folders)}" if folders else "it has none at all"
+        files = (path for path in (fmu.folder / "binaries").glob("*/*") if path.suffix in _LIBRARIES)
+        there = sorted(path.relative_to(fmu.folder / "binaries").as_posix() for path in files)
+        has = f"it has {', '.join(there[:_MOST])}{', ...' if len(there) > _MOST else ''}" if there else "it has none at all"
         yield f"{name}: {fmu.name} has no library {fmu.capabilities.modelIdentifier} for a platform that is known here; {has}"
     if found and not without and not common_platforms(system):
         each = "; ".join(f"{name} has {', '.join(platforms)}" for name, platforms in found.items())

@@ -84,7 +84,7 @@ def test_a_platform_must_be_common_to_all(tmp_path):
         "there is no platform for which all FMUs have a library: windows has x86_64-windows; linux has x86_64-linux, aarch64-linux"
     )
     system.add("none", plain(tmp_path, "b", "linux64/other.so"))
-    assert obstacles(system, 2) == ["none: b.fmu has no library bare for a platform that is known here; it has linux64"]
+    assert obstacles(system, 2) == ["none: b.fmu has no library bare for a platform that is known here; it has linux64/other.so"]
     shared = SystemStructure()
     shared.add("a", plain(tmp_path, "c", "darwin64/bare.dylib"))
     shared.add("b", with_libraries(bare_fmu(tmp_path / "four.fmu", THREE.replace("x2", "x3")), "aarch64-darwin/rich.dylib"))
