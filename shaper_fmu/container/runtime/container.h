@@ -117,7 +117,7 @@ typedef struct {
     const Steered *steer;
 } Slot;
 
-typedef enum { NEVER, BEFORE_START, ALWAYS, INPUT } Settable;
+typedef enum { NEVER, BEFORE_START, ALWAYS, AN_INPUT } Settable;
 
 typedef struct {
     const char *name;

@@ -40,7 +40,7 @@ static void begin_anew(Container *container) {
     container->tolerance_defined = container->stop_defined = 0;
     container->phase = INSTANTIATED;
     for (size_t i = 0; i < container->variables; i++)
-        for (size_t k = 0; container->variable[i].settable == INPUT && k < container->variable[i].slots; k++) {
+        for (size_t k = 0; container->variable[i].settable == AN_INPUT && k < container->variable[i].slots; k++) {
             Slot *const slot = &container->variable[i].slot[k];
             slot->slope = 0.0;
             for (size_t n = 0; container->variable[i].on_bus && n < slot->targets; n++)

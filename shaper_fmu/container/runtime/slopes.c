@@ -11,7 +11,7 @@ Status set_slopes(Container *container, const uint32_t *references, size_t count
     if (count && (!references || !orders || !values)) return complain(container, ERROR, "%s: a pointer is null", container->name);
     for (size_t i = 0; i < count; i++) {
         const Variable *const variable = references[i] < container->variables ? &container->variable[references[i]] : 0;
-        if (!variable || variable->settable != INPUT || variable->type != TYPE_F8)
+        if (!variable || variable->settable != AN_INPUT || variable->type != TYPE_F8)
             return complain(container, ERROR, "%s: the variable with the value reference %lu is no real input", container->name,
                           (unsigned long)references[i]);
         if (orders[i] != 1 || !isfinite(values[i]))

@@ -184,7 +184,7 @@ static int check(Container *container, const char *function, int fmi, int type, 
 
 static int may_be_set(Container *container, const char *function, const Variable *variable) {
     const int before = container->phase & (INSTANTIATED | INITIALIZING);
-    if (variable->settable == ALWAYS || variable->settable == INPUT || (variable->settable == BEFORE_START && before)) return 1;
+    if (variable->settable == ALWAYS || variable->settable == AN_INPUT || (variable->settable == BEFORE_START && before)) return 1;
     complain(container, ERROR, "%s: %s: %s %s", container->name, function, variable->name,
            variable->settable == NEVER ? "cannot be set" : "cannot be set after initialization");
     return 0;
@@ -377,7 +377,7 @@ static Status get(Container *container, const char *function, const Variable *va
             last = target->place;
             number = number_at(whole->type, (unsigned char *)whole->values + (size_t)target->element * size_of(whole->type));
         }
-        if (variable->settable != INPUT || !variable->on_bus) number = converted(target, number);
+        if (variable->settable != AN_INPUT || !variable->on_bus) number = converted(target, number);
         if (!put_number(type, values + k * size_of(type), number))
             return complain(container, ERROR, "%s: %s: the value of %s does not fit into its type", container->name, function, variable->name);
     }
