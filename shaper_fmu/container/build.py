@@ -134,7 +134,20 @@ def pack(
     progress(f"{model}: description")
     token = content_guid(complete(""))
     written = write_archive(path, complete(token))
-    return Packed(written, tuple(platform.name for platform in chosen), left_out, treatment.notes)
+    return Packed(written, tuple(platform.name for platform in chosen), left_out, (*treatment.notes, *_tool_notes(system)))
+
+
+def needing_tools(system: SystemStructure) -> list[str]:
+    """The instances whose FMUs need a tool where they run; pythonfmu's need Python and what they import."""
+    return [name for name, fmu in system.fmus.items() if getattr(fmu.capabilities, "needsExecutionTool", False)]
+
+
+def _tool_notes(system: SystemStructure) -> list[str]:
+    return [
+        f"{name}: {system.fmus[name].name} needs a tool where the container runs (needsExecutionTool): {tool}"
+        for name in needing_tools(system)
+        for tool in [system.fmus[name].description.generationTool or "its description does not name it"]
+    ]
 
 
 def _identifier(model: str) -> str:
@@ -206,6 +219,7 @@ def _capabilities(program: Program, variables: Sequence[OuterVariable], fmi: int
         can_save_states=all_have("canGetAndSetFMUstate", "canGetAndSetFMUState"),
         can_serialize=all_have("canSerializeFMUstate", "canSerializeFMUState"),
         only_once=any(bool(getattr(one, "canBeInstantiatedOnlyOncePerProcess", False)) for one in own),
+        needs_tool=bool(needing_tools(program.system)),
         variable_steps=all(fmu.takes_any_step for fmu in program.system.fmus.values()),
         interpolates_inputs=fmi == 2 and any(steered(program, element) for element in inputs),
         has_event_mode=fmi == 3 and exact,

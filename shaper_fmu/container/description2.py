@@ -35,6 +35,7 @@ def description2(system: SystemStructure, outer: Sequence[OuterVariable], head: 
 
 def _capabilities(can: Capabilities) -> dict[str, str]:
     flags = {
+        "needsExecutionTool": can.needs_tool,
         "canHandleVariableCommunicationStepSize": can.variable_steps,
         "canInterpolateInputs": can.interpolates_inputs,
         "canBeInstantiatedOnlyOncePerProcess": can.only_once,

@@ -39,6 +39,7 @@ def description3(system: SystemStructure, outer: Sequence[OuterVariable], head: 
 
 def _capabilities(can: Capabilities) -> dict[str, str]:
     flags = {
+        "needsExecutionTool": can.needs_tool,
         "canHandleVariableCommunicationStepSize": can.variable_steps,
         "canBeInstantiatedOnlyOncePerProcess": can.only_once,
         "canGetAndSetFMUState": can.can_save_states,

@@ -25,6 +25,7 @@ class Capabilities:
         has_event_mode: FMI 3.0: has event mode, and may return early from a step at an event.
         max_output_derivative_order: of the outputs' derivatives.
         own_memory: FMI 2.0: does not need the host's functions for memory.
+        needs_tool: needs a tool where it runs, since an FMU inside does.
         readable_after_set: outputs may be read between setting inputs and the step, and follow them (our own annotation).
     """
 
@@ -36,6 +37,7 @@ class Capabilities:
     has_event_mode: bool = False
     max_output_derivative_order: int = 0
     own_memory: bool = True
+    needs_tool: bool = False
     readable_after_set: bool = False
 
 

@@ -30,8 +30,6 @@ def _of_fmu(fmu: Fmu) -> Iterator[str]:
     elif fmu.exchanges_model:
         other = "use it by co-simulation" if "co_simulation" in fmu.interfaces else "export it for co-simulation"
         yield f"is used by model exchange, which needs the master's solver: {other}"
-    if getattr(fmu.capabilities, "needsExecutionTool", False):
-        yield "needs the tool that made it (needsExecutionTool), which is not in a container: export it so that it stands alone"
 
 
 def _of_signals(system: SystemStructure) -> Iterator[str]:

@@ -13,6 +13,7 @@ from fmpy.validation import validate_fmu
 from native_drivers import Driver
 
 from shaper_fmu.container.build import pack
+from shaper_fmu.container.interface import outer_variables
 from shaper_fmu.errors import ModelError
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.master.system import System
@@ -170,4 +171,22 @@ def test_each_algorithm_gives_what_it_gives_in_a_run(algorithm, tmp_path):
         driver.step(i * 0.01, 0.01)
         found.append(driver.get("plant.position"))
     assert np.max(np.abs(found - expected)) <= 1e-12 * np.max(np.abs(expected))
+    driver.close()
+
+
+def test_an_fmu_that_needs_a_tool(tmp_path):
+    """A component by pythonfmu, which needs Python where it runs: in a container it does, too, and that is told."""
+    system = System()
+    system.add("shaper", fmu_path("InputShaper", 2, backend="python"), shaper="zvd", natural_frequency=[FREQUENCY])
+    system.add("plant", fmu_path("MassSpringDamper", 2), mass=1.0, stiffness=STIFFNESS, damping=0.0)
+    system.connect("shaper.shaped", "plant.force")
+    packed = pack(system, outer_variables(system, 2), tmp_path / "c.fmu", platforms=("this",))
+    assert any("needs a tool where the container runs" in note for note in packed.notes)
+    driver = Driver(packed.path).initialize({"shaper.command": 1.0})
+    simulation = driver.description.coSimulation
+    assert simulation is not None
+    assert simulation.needsExecutionTool
+    for i in range(20):
+        driver.step(i * 0.05, 0.05)
+    assert driver.get("plant.position") == pytest.approx(1.0 / STIFFNESS, abs=1e-12)
     driver.close()
