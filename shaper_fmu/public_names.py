@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from shaper_fmu.renamed import warn_renamed
+from shaper_fmu.syntax import parse
 
 RENAMED = {"shaper_fmu": {"Wish": "Requirements", "wish_for": "requirements_for"}}
 """Package -> old public name -> the new one. The old ones are importable, too, and warn."""
@@ -27,7 +28,7 @@ def homes(package: str) -> dict[str, str]:
     stub = _stub(package)
     if package.split(".")[0] != "shaper_fmu" or not stub.is_file():
         return {}
-    imports = [node for node in ast.parse(stub.read_text(encoding="utf-8")).body if isinstance(node, ast.ImportFrom)]
+    imports = [node for node in parse(stub.read_text(encoding="utf-8")).body if isinstance(node, ast.ImportFrom)]
     found: dict[str, str] = {}
     for node in imports:
         module = str(node.module)
@@ -42,7 +43,7 @@ def packages() -> list[str]:
 
 def public(package: str) -> list[str]:
     """The names that a package's `__all__` has: what its stub file says, else all of them."""
-    for node in ast.parse(_stub(package).read_text(encoding="utf-8")).body:
+    for node in parse(_stub(package).read_text(encoding="utf-8")).body:
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
             return ast.literal_eval(node.value)
     return sorted(homes(package))

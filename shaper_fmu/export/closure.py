@@ -17,6 +17,7 @@ from types import FunctionType
 from shaper_fmu.component import Component
 from shaper_fmu.errors import BuildError, nearest
 from shaper_fmu.public_names import homes
+from shaper_fmu.syntax import parse
 
 _SLAVE_MODULE = "shaper_fmu.export._slave"
 
@@ -85,7 +86,7 @@ def _source_file(module: str) -> Path:
 
 
 def _import_statements(source: str) -> list[ast.Import | ast.ImportFrom]:
-    return [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Import | ast.ImportFrom)]
+    return [node for node in ast.walk(parse(source)) if isinstance(node, ast.Import | ast.ImportFrom)]
 
 
 def _target(module: str, node: ast.ImportFrom) -> str:

@@ -16,6 +16,7 @@ from shaper_fmu.component import Component, Variable
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.methods.announced import announced, leave_out
 from shaper_fmu.methods.record import FIRST_FOREIGN, Found, Method, Question
+from shaper_fmu.syntax import parse
 
 M = TypeVar("M", bound=Method)
 
@@ -60,7 +61,7 @@ def declared_names(module: str) -> set[str]:
     """The names that the classes in a module's source declare, without loading it."""
     spec = importlib.util.find_spec(module)
     source = spec.loader.get_source(module) if spec and spec.loader else None  # pyright: ignore[reportAttributeAccessIssue]
-    bodies = [statement.body for statement in ast.parse(source or "").body if isinstance(statement, ast.ClassDef)]
+    bodies = [statement.body for statement in parse(source or "").body if isinstance(statement, ast.ClassDef)]
     statements = [statement for body in bodies for statement in body]
     targets = [target for statement in statements if isinstance(statement, ast.Assign) for target in statement.targets]
     targets += [statement.target for statement in statements if isinstance(statement, ast.AnnAssign)]

@@ -10,6 +10,7 @@ from shaper_fmu.export.c.blocks import Blocks
 from shaper_fmu.export.c.code import Code
 from shaper_fmu.export.c.kinds import BOOLEAN, NUMBERS, REAL, Array, Struct
 from shaper_fmu.export.c.source import walked
+from shaper_fmu.syntax import parse_expression
 
 _ASSIGNING = {ast.Add: "+=", ast.Sub: "-=", ast.Mult: "*=", ast.Div: "/="}
 
@@ -129,7 +130,7 @@ def _variable(target: ast.expr) -> str:
 
 def _loaded(target: ast.expr) -> ast.expr:
     """A target as an expression that is read."""
-    copy = ast.parse(ast.unparse(target), mode="eval").body
+    copy = parse_expression(ast.unparse(target))
     for node in walked(copy):
         ast.copy_location(node, target)
     return copy

@@ -13,6 +13,8 @@ from functools import lru_cache
 from types import FunctionType, ModuleType
 from typing import Any
 
+from shaper_fmu.syntax import parse
+
 Scope = ast.FunctionDef | ast.Lambda
 UNKNOWN = object()
 """What depends on the run."""
@@ -49,7 +51,7 @@ def _parsed(text: str) -> File:
             comments[token.start[0]] = token.string.lstrip("# ").rstrip()
             if not token.line[: token.start[1]].strip():
                 own.add(token.start[0])
-    return File(ast.parse(text), comments, frozenset(own))
+    return File(parse(text), comments, frozenset(own))
 
 
 def parsed_file(function: FunctionType) -> File | None:
