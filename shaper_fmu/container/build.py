@@ -124,7 +124,8 @@ def pack(
         files[f"binaries/{folder}/{head.identifier}{platform.suffix}"] = container_library(fmi, platform)
 
     def complete(token: str) -> dict[str, bytes]:
-        identity = Identity(model, token, step or 0.0)
+        able = head.capabilities
+        identity = Identity(model, token, step or 0.0, able.can_save_states, able.can_serialize)
         return {
             **files,
             "modelDescription.xml": _DESCRIPTIONS[fmi](inside, variables, replace(head, token=token)),

@@ -31,12 +31,14 @@ _CONFIGURATION, _INSTANTIATED, _INITIALIZATION = range(3)
 
 @dataclass(frozen=True)
 class Identity:
-    """What the library has to know about the FMU that it is in: its name, the token of its description, and its longest inner
-    step [s], 0 for that of the host."""
+    """What the library has to know about the FMU that it is in: its name, the token of its description, its longest inner step [s],
+    0 for that of the host, and whether all FMUs inside can save and serialize their states."""
 
     name: str
     token: str
     step: float
+    can_save_states: bool
+    can_serialize: bool
 
 
 def system_file(
@@ -52,6 +54,7 @@ def system_file(
     words.text(identity.name)
     words.text(identity.token)
     words.real(identity.step)
+    words.whole(int(identity.can_save_states), int(identity.can_serialize))
     body = Words()
     for name in program.names:
         _write_instance(body, program, name, folders[name], symbols)

@@ -14,6 +14,7 @@ from native_host import load, native_fmu, signatures, token_of
 from shaper_fmu.registry import components
 
 OK, DISCARD, ERROR = 0, 2, 3
+REALS = ("Real", "Float64", "Float32")
 C_TYPES = {2: {"Real": c_double, "Integer": c_int, "Boolean": c_int, "Enumeration": c_int},
            3: {"Float64": c_double, "Int32": c_int32, "Boolean": c_bool, "Enumeration": c_int64}}  # fmt: skip
 ACCESSOR = {2: {"Enumeration": "Integer"}, 3: {"Enumeration": "Int64"}}
@@ -49,6 +50,7 @@ class Host:
         self.name, self.fmi, self.exchange, self.events = name, fmi, exchange, events and not exchange and fmi == 3
         self.library = load(native_fmu(name, fmi), fmi)
         self.token = token_of(native_fmu(name, fmi)).encode()
+        self.types: dict[str, Any] = C_TYPES[fmi]
         self.log: list[tuple[int, str]] = []
         self.variables = [v for v in description(name, fmi).modelVariables if v.causality != "independent"]
         self.states = sum(
@@ -116,7 +118,7 @@ class Host:
     def starts(self, variable: Any) -> list[Any]:
         """The start values of all elements of an input or a parameter."""
         words = [{"true": "1", "false": "0"}.get(word, word) for word in str(variable.start or 0).split()]
-        convert = float if variable.type in ("Real", "Float64") else int
+        convert = float if variable.type in REALS else int
         return ([convert(word) for word in words] * self.size(variable))[: self.size(variable)]
 
     def access(self, verb: str, kind: str, references: Any, n: int, values: Any, count: int) -> int:
@@ -126,14 +128,14 @@ class Host:
 
     def put(self, variable: Any, value: float) -> int:
         """Set all elements of a variable to a value."""
-        kind, n = C_TYPES[self.fmi][variable.type], self.size(variable)
-        typed = value if variable.type in ("Real", "Float64") else int(value)
+        kind, n = self.types[variable.type], self.size(variable)
+        typed = value if variable.type in REALS else int(value)
         return self.access("Set", variable.type, array(c_uint32, [variable.valueReference]), 1, array(kind, [typed] * n), n)
 
     def all_values(self) -> list[bytes]:
         """The bytes of all variables."""
         found = []
-        for kind, c_type in C_TYPES[self.fmi].items():
+        for kind, c_type in self.types.items():
             chosen = self.of_type(kind)
             n = sum(map(self.size, chosen))
             values = array(c_type, [0] * n)

@@ -24,6 +24,9 @@ class Fuzzer(Model):
     """Random calls of one instance. `foreign` are states of other components, `other_kind` one of this
     component's instance for the other kind of simulation."""
 
+    goes_far = True  # steps of 1e5 s and longer are tried
+    shortest = 0.0  # step that is taken [s]
+
     def __init__(self, host: Host, seed: str, foreign: list[int], other_kind: int):
         super().__init__(host, seed)
         self.foreign, self.other_kind = foreign, other_kind
@@ -136,14 +139,14 @@ class Fuzzer(Model):
 
     def step(self) -> None:
         life = self.life
-        t, h = life.time, self.random.choice([0.0, 1e-3, 0.05, self.random.uniform(0.0, 0.2)])
+        t, h = life.time, self.random.choice([0.0, 1e-3, 0.05, self.random.uniform(0.001, 0.2)])
         bad = self.defect("back", "ahead", "negative", "nan time", "nan", "infinite", *(["null"] if self.host.fmi == 3 else []))
         t = {"back": t - 0.7, "ahead": t + 0.7, "nan time": math.nan}.get(bad, t)
         h = {"negative": -0.1, "nan": math.nan, "infinite": math.inf}.get(bad, h)
-        huge = not bad and self.random.random() < 0.03
+        huge = not bad and self.goes_far and self.random.random() < 0.03
         h = self.random.choice([1e5, 1e30, 1e308]) if huge else h
         unclear = huge or (life.phase == UNKNOWN and bad in ("back", "ahead"))
-        legal = None if unclear else not bad
+        legal = False if h < self.shortest else None if unclear else not bad
         if self.host.fmi == 2:
             done = self.check("DoStep", (t, h, 1), {STEP}, legal)
             life.time = t + h if done else life.time

@@ -12,7 +12,7 @@ from ctypes import c_char_p, c_double, c_int, c_uint32
 from dataclasses import dataclass
 from typing import Any
 
-from native_calls import C_TYPES, DISCARD, ERROR, OK, Host, array
+from native_calls import DISCARD, ERROR, OK, REALS, Host, array
 
 BEFORE, INITIALIZING, STEP, EVENT, CONTINUOUS, ENDED, UNKNOWN = (
     "before",
@@ -134,7 +134,7 @@ class Model:
 
     def access(self, verb: str, legal_value: str) -> None:
         host, life = self.host, self.life
-        kind = self.random.choice([k for k in C_TYPES[host.fmi] if host.of_type(k)])
+        kind = self.random.choice([k for k in host.types if host.of_type(k)])
         bad = self.defect("references", "values", "unknown", "type", *(["count"] if host.fmi == 3 else []), "not settable")
         settable = [v for v in host.of_type(kind) if v.causality in ("input", "parameter")]
         chosen = self.random.choices(settable if verb == "Set" and settable else host.of_type(kind), k=self.random.randint(1, 3))
@@ -157,7 +157,7 @@ class Model:
             values = [0] * sum(host.size(v) for v in [*chosen[:-1], next(v for v in fixed if v.valueReference == references[-1])])
         count = len(values) + (self.random.choice([-1, 1, 10**9]) if bad == "count" else 0)
         arguments = (None if bad == "references" else array(c_uint32, references), len(references),
-                     None if bad == "values" else array(C_TYPES[host.fmi][kind], values + [0] * 40), *([count] if host.fmi == 3 else []))  # fmt: skip
+                     None if bad == "values" else array(host.types[kind], values + [0] * 40), *([count] if host.fmi == 3 else []))  # fmt: skip
         name = verb + {(2, "Enumeration"): "Integer", (3, "Enumeration"): "Int64"}.get((host.fmi, kind), kind)
         done = self.check(
             name, arguments, READABLE if verb == "Get" else WRITABLE, False if bad or not right else None if strange else True
@@ -167,7 +167,7 @@ class Model:
     def values_for(self, chosen: list[Any], kind: str) -> tuple[list, bool, bool]:
         """Values to set, whether the variables may be set now, and whether it is left to their use whether they are right."""
         values, right, strange = [], True, False
-        real = kind in ("Real", "Float64")
+        real = kind in REALS
         for v in chosen:
             phases = {"input": WRITABLE, "parameter": {BEFORE, INITIALIZING}}.get(v.causality, set())
             if v.variability == "tunable" and phases:

@@ -149,6 +149,7 @@ struct Container {
     Numbers cuts;       /* places on the bus at which loops without delay are cut */
     Doubles cut_memory; /* of what closes them */
     double longest; /* inner step [s]; 0: that of the host */
+    int saves_states, serializes; /* as all FMUs inside do */
     double origin;  /* the experiment's start [s], where the grid of the inner steps begins */
     size_t inners;
     Inner *inner;

@@ -369,6 +369,8 @@ static void read_all(Reader *reader) {
     const char *const name = text(reader), *const token = text(reader);
     if (!reader->damaged) container->name = name, container->token = token;
     container->longest = real(reader);
+    container->saves_states = number(reader);
+    container->serializes = number(reader);
     container->symbol = texts(reader, &container->symbols);
     const size_t inners = count(reader, 10);
     container->inner = (Inner *)room(reader, inners, sizeof *container->inner);

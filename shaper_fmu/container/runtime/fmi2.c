@@ -193,7 +193,8 @@ STATUS_GETTER(StringStatus, fmi2String, s == fmi2PendingStatus, "")
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind s, fmi2Integer *value) {
     (void)s;
     REQUIRE(STEPPING | TERMINATED | FAILED);
-    return value ? no_status(container, __func__) : fmi2Error;
+    if (value) return no_status(container, __func__);
+    return (fmi2Status)complain(container, ERROR, "%s: %s: a pointer is null", container->name, __func__);
 }
 
 /* Model exchange: there is none. */

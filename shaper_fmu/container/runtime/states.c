@@ -190,7 +190,14 @@ static void keep_state(Container *container, State *state) {
     container->states = state;
 }
 
+/* Whether all FMUs inside have what is asked for; if not, says so. */
+static int are_able(Container *container, int able, const char *verb) {
+    if (!able) complain(container, ERROR, "%s: not all FMUs inside can %s their states", container->name, verb);
+    return able;
+}
+
 Status save_state(Container *container, void **told) {
+    if (!are_able(container, container->saves_states, "save")) return ERROR;
     if (!told) return complain(container, ERROR, "%s: a pointer is null", container->name);
     State **const place = *told ? find_state(container, *told) : 0;
     if (*told && !place) return ERROR;
@@ -255,6 +262,7 @@ static Status size_of_state(Container *container, const State *state, size_t *si
 }
 
 Status state_size(Container *container, void *told, size_t *size) {
+    if (!are_able(container, container->serializes, "serialize")) return ERROR;
     if (!size) return complain(container, ERROR, "%s: a pointer is null", container->name);
     State **const place = find_state(container, told);
     return place ? size_of_state(container, *place, size) : ERROR;
@@ -281,6 +289,7 @@ static Status serialize_inners(Container *container, const State *state, unsigne
 
 Status serialize_state(Container *container, void *told, void *bytes, size_t size) {
     size_t needed = 0;
+    if (!are_able(container, container->serializes, "serialize")) return ERROR;
     if (!bytes) return complain(container, ERROR, "%s: a pointer is null", container->name);
     State **const place = find_state(container, told);
     if (!place) return ERROR;
@@ -327,6 +336,7 @@ static int is_own(const Container *container, const unsigned char *at, size_t si
 /* A state that the host's pointer tells already gets the new content; whatever else is there, the standard says that it is replaced. */
 Status deserialize_state(Container *container, const void *bytes, size_t size, void **told) {
     const unsigned char *const at = (const unsigned char *)bytes;
+    if (!are_able(container, container->serializes, "serialize")) return ERROR;
     if (!bytes || !told) return complain(container, ERROR, "%s: a pointer is null", container->name);
     if (!is_own(container, at, size))
         return complain(container, ERROR, "%s: these %lu bytes are no state of this FMU, or damaged", container->name, (unsigned long)size);

@@ -49,7 +49,7 @@ int main(int count, char **argument) {
     const char *token = argument[3];
     long instances = atol(argument[4]), states = atol(argument[5]);
     void *library = open_library(argument[1]);
-    for (long i = 0; i < 1000; i++) one_life(library, fmi, token, 0); /* warm-up: the allocator keeps some pages */
+    for (long i = 0; i < 1000 && i < instances; i++) one_life(library, fmi, token, 0); /* warm-up: the allocator keeps some pages */
     for (long i = 0; i < 3; i++) one_life(library, fmi, token, 1);
     long before = resident_kilobytes();
     for (long i = 0; i < instances; i++) one_life(library, fmi, token, i % 100 == 0);
@@ -57,9 +57,18 @@ int main(int count, char **argument) {
     void *fmu = new_fmu(library, fmi, token);
     begin(library, fmi, fmu), end_begin(library, fmi, fmu);
     size_t size = 0;
-    MUST(fmi == 2 ? (int)GET(fmi2SerializedFMUstateSize)(fmu, 0, &size) : (int)GET(fmi3SerializedFMUStateSize)(fmu, 0, &size));
+    void *first = 0;
+    if (fmi == 2) {
+        MUST(GET(fmi2GetFMUstate)(fmu, &first));
+        MUST(GET(fmi2SerializedFMUstateSize)(fmu, first, &size));
+        MUST(GET(fmi2FreeFMUstate)(fmu, &first));
+    } else {
+        MUST(GET(fmi3GetFMUState)(fmu, &first));
+        MUST(GET(fmi3SerializedFMUStateSize)(fmu, first, &size));
+        MUST(GET(fmi3FreeFMUState)(fmu, &first));
+    }
     void *bytes = malloc(size);
-    for (long i = 0; i < 1000; i++) one_state(library, fmi, fmu, bytes, size);
+    for (long i = 0; i < 1000 && i < states; i++) one_state(library, fmi, fmu, bytes, size);
     before = resident_kilobytes();
     for (long i = 0; i < states; i++) one_state(library, fmi, fmu, bytes, size);
     printf("%ld %ld\n", before, resident_kilobytes());

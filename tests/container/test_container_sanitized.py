@@ -1,0 +1,109 @@
+"""All tests of containers again over libraries with AddressSanitizer and UndefinedBehaviorSanitizer, and threads under ThreadSanitizer."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from container_host import container_of, copied, library_of
+from container_sources import changed_runtime, compiled_container
+from native_host import ADDRESS, HOSTS, THREAD, gcc, host_program, token_of
+from test_native_sanitized import reports, runtime_of, sanitized_environment
+
+HERE = Path(__file__).parent
+SUPPORT = HERE.parent / "support"
+NOT_HERE = (
+    "test_container_sanitized.py",
+    "test_container_sources.py",
+    "test_container_platforms.py",
+)  # have libraries of their own
+
+
+def test_all_container_tests_pass_under_the_sanitizers(tmp_path):
+    files = sorted(str(file) for file in HERE.glob("test_*.py") if file.name not in NOT_HERE)
+    assert len(files) > 3
+    more = {f"SHAPER_FMU_TEST_CONTAINER{fmi}": str(compiled_container(fmi, ADDRESS)) for fmi in (2, 3)} | {
+        "PYTHONPATH": str(SUPPORT)
+    }
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-p",
+        "no:cacheprovider",
+        "-p",
+        "sanitized_container",
+        "-x",
+        "-m",
+        "not thorough",
+        *files,
+    ]
+    environment = sanitized_environment(tmp_path) | more
+    done = subprocess.run(command, env=environment, cwd=HERE.parents[1], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{done.stdout[-5000:]}\n{done.stderr[-3000:]}\n{reports(tmp_path)[:5000]}"
+    assert reports(tmp_path) == ""
+    assert " passed" in done.stdout
+
+
+BROKEN = {
+    "an instance's memory too short": (
+        "life.c", "calloc(1, sizeof *container)", "calloc(1, sizeof *container - sizeof container->text)", "heap-buffer-overflow|insufficient space",
+    ),
+    "a state freed twice": ("states.c", "free(state->inner);\n    free(state);", "free(state->inner);\n    free(state->inner);\n    free(state);", "double-free"),
+    "a state that is used after its end": ("states.c", "*place = state->next;\n    *told = 0;\n    return destroy", "*told = 0;\n    return destroy", "heap-use-after-free"),
+    "a state with room for less than it has": ("states.c", "malloc(state->size)", "malloc(state->size - 8)", "heap-buffer-overflow"),
+    "an index one too far": ("file.c", "k < kind->fields; k++) {\n            const Field", "k <= kind->fields; k++) {\n            const Field", "global-buffer-overflow|heap-buffer-overflow|insufficient space"),
+    "a shift out of the sign": ("life.c", "if ((int)container->phase & phases) return 1;", "if (((int)container->phase & phases) || 1 << (31 + phases % 2) == 5) return 1;", "left shift|shift exponent"),
+}  # fmt: skip
+"""Faults put into a copy of the sources: the file, what stands there, what shall, and what the sanitizer must say."""
+
+
+def life(library: Path, fmu: Path, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Some instances of a container with this library are made, stepped, saved, restored and freed."""
+    own = copied(fmu, folder / library.stem)
+    library_of(own).write_bytes(library.read_bytes())
+    command = [host_program("memory.c"), library_of(own), "2", token_of(fmu), "20", "5"]
+    return subprocess.run(command, env=sanitized_environment(folder), capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("fault", BROKEN)
+def test_the_sanitizers_see_a_fault(fault, tmp_path):
+    file, old, new, words = BROKEN[fault]
+    fmu = container_of("shaped2", 2, tmp_path)
+    assert life(compiled_container(2, ADDRESS), fmu, tmp_path).returncode == 0
+    library = compiled_container(2, ADDRESS, changed_runtime(tmp_path, file, old, new))
+    done = life(library, fmu, tmp_path)
+    assert done.returncode != 0
+    assert re.search(words, reports(tmp_path) + done.stderr)
+
+
+# threads
+
+
+def threads(library: Path, fmi: int, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Eight instances in threads at once, the host and the container's library under ThreadSanitizer."""
+    fmu = container_of("mixed", fmi, folder)
+    own = copied(fmu, folder / library.stem)
+    library_of(own).write_bytes(library.read_bytes())
+    gcc([*THREAD, f"-I{HOSTS}", str(HOSTS / "threads.c"), "-o", str(folder / "threads"), "-ldl", "-lm", "-lpthread"])
+    command = [folder / "threads", library_of(own), str(fmi), token_of(fmu), "0", "1", "-1", "0", "30"]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_instances_in_threads_share_no_memory(fmi, tmp_path):
+    runtime_of("libtsan.so")
+    done = threads(compiled_container(fmi, THREAD), fmi, tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert len(done.stdout.split()) == 8 * 2 * 30
+
+
+def test_the_thread_sanitizer_sees_a_shared_variable(tmp_path):
+    runtime_of("libtsan.so")
+    shared = changed_runtime(tmp_path, "messages.c", "static ONE_PER_THREAD Container *at_work;", "static Container *at_work;")
+    done = threads(compiled_container(2, THREAD, shared), 2, tmp_path)
+    assert done.returncode != 0
+    assert "data race" in done.stderr
