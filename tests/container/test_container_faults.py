@@ -152,3 +152,27 @@ def test_an_fmu_that_cannot_be_set_up(tmp_path):
         driver.initialize()
     assert raised.value.status == ERROR
     assert "setup at initialization: fmi2SetupExperiment failed" in logged()
+
+
+def test_messages_with_an_environment_that_is_none(tmp_path):
+    """Overture's FMUs give their component to the logger in place of the host's environment; the instance's name tells who it is."""
+    system = System()
+    system.add("other", faulty_fmu(2))
+    system.add("stranger", faulty_fmu(2), {"fault": FAULTS["step"], "status": 1, "fault_time": 0.0})
+    driver = Driver(container(system, tmp_path / "c.fmu")).initialize()
+    driver.step(0.0, 0.1)
+    assert "stranger: a step goes wrong as told" in driver.messages
+    driver.close()
+
+
+def test_messages_after_a_container_inside_has_worked(tmp_path):
+    """Its calls end within those of the container around it, which still knows who speaks."""
+    within = System()
+    within.add("x", faulty_fmu(2))
+    system = System()
+    system.add("within", container(within, tmp_path / "within.fmu"))
+    system.add("stranger", faulty_fmu(2), {"fault": FAULTS["step"], "status": 1, "fault_time": 0.0})
+    driver = Driver(container(system, tmp_path / "c.fmu")).initialize()
+    driver.step(0.0, 0.1)
+    assert "stranger: a step goes wrong as told" in driver.messages
+    driver.close()

@@ -180,6 +180,7 @@ struct Container {
     int hurt;            /* an FMU inside has failed in the call at work, or halfway: only a reset or a saved state leads on */
     void *states;        /* all that have been saved and not freed */
     uint64_t arithmetic; /* the host's */
+    Container *outer;    /* that was at work before in this thread */
     int logging;
     void *environment;
     void (*callback)(void);

@@ -21,12 +21,13 @@ static const char *const CATEGORIES[] = {"logEvents", "logStatusWarning", "logSt
 void enter(Container *container) {
     container->arithmetic = loop_arithmetic_mode();
     if (container->arithmetic != loop_standard_arithmetic()) loop_set_arithmetic_mode(loop_standard_arithmetic());
+    container->outer = at_work; /* where a container is in a container */
     at_work = container;
     container->hurt = 0;
 }
 
 Status leave(Container *container, Status status) {
-    at_work = 0;
+    at_work = container->outer;
     if (loop_arithmetic_mode() != container->arithmetic) loop_set_arithmetic_mode(container->arithmetic);
     if (container->hurt) settle_phase(container, ERROR);
     for (size_t i = 0; i < container->inners; i++)
@@ -120,18 +121,22 @@ static void put_formatted(char *text, size_t size, const char *format, va_list a
     snprintf(text + used, size - used, "%s", format);
 }
 
-/* Whose message it is: some FMUs give no environment (20-sim's). */
-static Inner *speaker(void *environment, const char *name) {
-    if (environment || !at_work) return (Inner *)environment;
+/* Whose message it is. Some FMUs give no environment (20-sim's), or what is none (Overture's): it is looked for among those of the
+   container at work in this thread, then the name is. Where no container is, nothing is known. */
+static Inner *speaker(const void *environment, const char *name) {
+    if (!at_work || !at_work->inners) return 0;
     for (size_t i = 0; i < at_work->inners; i++)
-        if (name && at_work->inner[i].full_name && !strcmp(at_work->inner[i].full_name, name)) return &at_work->inner[i];
-    return at_work->inners ? &at_work->inner[0] : 0;
+        if (environment == &at_work->inner[i]) return &at_work->inner[i];
+    for (size_t i = 0; i < at_work->inners; i++)
+        if (name && at_work->inner[i].full_name && is_readable(name, 1) && !strcmp(at_work->inner[i].full_name, name))
+            return &at_work->inner[i];
+    return &at_work->inner[0];
 }
 
 void logger2(void *environment, fmi2String name, fmi2Status status, fmi2String category, fmi2String message, ...) {
     Inner *const inner = speaker(environment, name);
     (void)category;
-    if (!inner || !message) return;
+    if (!inner || !is_readable(message, 1)) return;
     char text[600];
     va_list arguments;
     va_start(arguments, message);
@@ -143,7 +148,7 @@ void logger2(void *environment, fmi2String name, fmi2Status status, fmi2String c
 void logger3(void *environment, fmi3Status status, fmi3String category, fmi3String message) {
     Inner *const inner = speaker(environment, 0);
     (void)category;
-    if (inner && message) said(inner, (int)status, message);
+    if (inner && is_readable(message, 1)) said(inner, (int)status, message);
 }
 
 static const char *verb_of(int status) {

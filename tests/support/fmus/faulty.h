@@ -1,5 +1,6 @@
 /* An FMU that fails in the call that its parameter `fault` names, from `fault_time` on, with `status`: what FMI 2.0 and 3.0
-   share. Its instance "null" cannot be instantiated and its instance "setup" fails in the first call. */
+   share. Its instance "null" cannot be instantiated and its instance "setup" fails in the first call; in FMI 2.0
+   its instance "stranger" logs with an environment that is not its host's. */
 
 #define _POSIX_C_SOURCE 199309L
 #include <math.h>

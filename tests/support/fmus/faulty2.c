@@ -7,7 +7,7 @@
 
 static void say(Faulty *self, int status, const char *text) {
     const fmi2CallbackFunctions *callbacks = self->callbacks;
-    callbacks->logger(callbacks->componentEnvironment, self->name, (fmi2Status)status, "logStatus", "%s", text);
+    callbacks->logger(is_called(self->name, "stranger") ? self : callbacks->componentEnvironment, self->name, (fmi2Status)status, "logStatus", "%s", text);
 }
 
 EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
