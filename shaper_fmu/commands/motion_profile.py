@@ -12,14 +12,25 @@ from shaper_fmu.kinds.profiles import (
     PARAMETERS,
     ProfileKind,
     inner_event,
+    inner_events,
     inner_kink,
+    inner_kinks,
     ramp_time,
     shortest_within,
     span_of,
     unit_move,
 )
 from shaper_fmu.methods.record import declare
+from shaper_fmu.profiles.fastest import (
+    MOST_SEGMENTS,
+    NO_SEGMENTS,
+    SEGMENT_ORDER,
+    SEGMENTS_MISS,
+    SEGMENTS_TOO_FAST,
+    fault_of_segments,
+)
 from shaper_fmu.profiles.limits import NO_LIMIT, unit_limit
+from shaper_fmu.profiles.workspace import SegmentWorkspace
 
 TOO_SHORT = 1
 NEVER = 2
@@ -29,7 +40,7 @@ BEFORE = 1.0 - 2.0**-53
 """Factor that gives the number before a positive one, on the left of an event."""
 
 
-class MotionProfile(Component):
+class MotionProfile(SegmentWorkspace):
     __doc__ = f"""A rest-to-rest reference: from 0 to `distance` in exactly `duration`, beginning at `start_time`.
 
     {LIST}.
@@ -46,6 +57,13 @@ class MotionProfile(Component):
         f"a step keeps to no limit, and where the velocity jumps ({JUMPING}) no acceleration limit is kept",
         IN_GAP: "with duration = {duration} s the profile exceeds max_velocity = {max_velocity} m/s; the shortest possible "
         "duration is {shortest_duration} s, but its speed rises again, and longer ones are possible from {possible_duration} s on",
+        NO_SEGMENTS: "the profile fastest is made of segments, and there are none: `shaper-fmu design fastest` and fastest_move "
+        "design them for a mode and limits",
+        SEGMENT_ORDER: "segment_end must rise from 0 over its first {segments} elements",
+        SEGMENTS_MISS: "the {segments} segments do not end at rest at distance = {distance} m within a millionth of it; "
+        "give the numbers as they were designed",
+        SEGMENTS_TOO_FAST: "the {segments} segments exceed max_velocity = {max_velocity} m/s or max_acceleration = "
+        "{max_acceleration} m/s2; design them for these limits",
     }
 
     continuous_states: ClassVar[tuple[str, ...] | None] = ()
@@ -72,6 +90,14 @@ class MotionProfile(Component):
         NO_LIMIT, "m/s2", "acceleration never to be exceeded, 1e300 for no limit", min=0.0, exclusive=True, published=(None, None)
     )
     declare(locals(), PARAMETERS)
+    segments: Variable[int] = Parameter(0, "", "number of segments of the profile fastest", min=0, max=MOST_SEGMENTS)
+    segment_end: Variable[list[float]] = Parameter(
+        0.0, "s", "time since the start at which each segment ends", size=MOST_SEGMENTS, min=0.0
+    )
+    segment_acceleration: Variable[list[float]] = Parameter(
+        0.0, "m/s2", "acceleration at the begin of each segment", size=MOST_SEGMENTS
+    )
+    segment_jerk: Variable[list[float]] = Parameter(0.0, "m/s3", "jerk in each segment", size=MOST_SEGMENTS)
     shortest_duration: Variable[float] = Calculated("s", "shortest duration that the limits permit, 0 without limits")
     position: Variable[float] = Output("m", "reference position", derivative="velocity")
     velocity: Variable[float] = Output("m/s", "reference velocity", derivative="acceleration")
@@ -85,6 +111,10 @@ class MotionProfile(Component):
     declare(locals(), FURTHER_PARAMETERS)
 
     def start(self) -> int:
+        if self.profile == ProfileKind.fastest:
+            fault = fault_of_segments(self, self.distance)
+            if fault:
+                return fault
         velocity = unit_limit(self.max_velocity, self.distance)
         acceleration = unit_limit(self.max_acceleration, self.distance)
         shortest, gap_start, gap_end = shortest_duration(
@@ -92,7 +122,7 @@ class MotionProfile(Component):
         )
         self.shortest_duration = shortest
         if shortest >= NO_LIMIT:
-            return NEVER
+            return SEGMENTS_TOO_FAST if self.profile == ProfileKind.fastest else NEVER
         self.possible_duration = rounded_up(shortest)
         if self.duration < shortest:
             return TOO_SHORT
@@ -120,7 +150,7 @@ class MotionProfile(Component):
             self.moving = True
             self.next_event_time = self.start_time + span
             s = max(0.0, min(span, now - self.start_time))
-            for i in range(2):
+            for i in range(inner_events(self.profile, self)):
                 event = inner_event(self.profile, self, i, span, self.ramp)
                 if now >= self.start_time + event - tolerance:
                     s = max(s, event)
@@ -128,7 +158,7 @@ class MotionProfile(Component):
                     self.next_event_time = min(self.next_event_time, self.start_time + event)
                     s = min(s, event * BEFORE)
             s = min(s, span * BEFORE)
-            for i in range(4):
+            for i in range(inner_kinks(self.profile, self)):
                 kink = self.start_time + inner_kink(self.profile, self, i, span, self.ramp)
                 if now < kink - tolerance:
                     self.next_kink_time = min(self.next_kink_time, kink)

@@ -1,7 +1,13 @@
 """The public names of shaper_fmu.design, each with the module that defines it."""
 
+from shaper_fmu.design.fastest import FastestMove as FastestMove
+from shaper_fmu.design.fastest import Segment as Segment
+from shaper_fmu.design.fastest import fastest_move as fastest_move
+from shaper_fmu.design.fastest import shortest_move as shortest_move
 from shaper_fmu.design.floor import distance_to_floor as distance_to_floor
 from shaper_fmu.design.floor import shortest_duration as shortest_duration
+from shaper_fmu.design.floor_of_moves import MoveFloor as MoveFloor
+from shaper_fmu.design.floor_of_moves import move_floor as move_floor
 from shaper_fmu.design.guarantees import Guarantee as Guarantee
 from shaper_fmu.design.guarantees import guarantee as guarantee
 from shaper_fmu.design.impulse_sequence import ImpulseSequence as ImpulseSequence

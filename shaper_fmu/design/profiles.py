@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +23,9 @@ from shaper_fmu.kinds.profiles import (
     ProfileKind,
     cruise_time,
     inner_event,
+    inner_events,
     inner_kink,
+    inner_kinks,
     span_of,
     unit_move,
     unit_peaks,
@@ -29,9 +33,11 @@ from shaper_fmu.kinds.profiles import (
 from shaper_fmu.profiles.limits import NO_LIMIT
 
 _NODES, _WEIGHTS = (values.tolist() for values in np.polynomial.legendre.leggauss(24))
+_REST = 1e-6  # share of the peak acceleration below which a fastest move begins and ends at rest
 _PANEL = 2.0  # radians of the fastest oscillation, and nepers of the decay, per panel of the quadrature
 
-OPTIONS = {**PARAMETERS, **FURTHER_PARAMETERS}
+SEGMENTS = ("segments", "segment_end", "segment_acceleration", "segment_jerk")
+OPTIONS = {**PARAMETERS, **FURTHER_PARAMETERS, **{name: MotionProfile.variables[name] for name in SEGMENTS}}
 """The profiles' own parameters, by name."""
 
 
@@ -60,7 +66,7 @@ class Profile:
     max_acceleration: float
     shortest_duration: float
     ramp: float
-    parameters: tuple[tuple[str, float], ...] = ()
+    parameters: tuple[tuple[str, float | tuple[float, ...]], ...] = ()
 
     @cached_property
     def _record(self) -> SimpleNamespace:
@@ -92,13 +98,17 @@ class Profile:
     def jumps(self) -> tuple[float, ...]:
         """Times at which position, velocity or acceleration jumps [s], rising."""
         ends = {0.0, self.duration} if PROFILES[self.kind.name].jumps_at_ends else set()
-        inner = {inner_event(self.kind, self._record, i, self.duration, self.ramp) for i in range(2)} - {self.duration}
+        if self.kind == ProfileKind.fastest:
+            ends = {t for t in ends if abs(self._unit(min(t, math.nextafter(self.duration, 0.0)))[2]) > _REST * self._peak(1)}
+        count = inner_events(self.kind, self._record)
+        inner = {inner_event(self.kind, self._record, i, self.duration, self.ramp) for i in range(count)} - {self.duration}
         return tuple(sorted(ends | inner))
 
     @property
     def pieces(self) -> tuple[float, ...]:
         """Ends of the pieces on which the motion is smooth [s], rising."""
-        kinks = {inner_kink(self.kind, self._record, i, self.duration, self.ramp) for i in range(4)}
+        count = inner_kinks(self.kind, self._record)
+        kinks = {inner_kink(self.kind, self._record, i, self.duration, self.ramp) for i in range(count)}
         return tuple(sorted({0.0, *self.jumps, *kinks, self.duration}))
 
     @property
@@ -172,14 +182,22 @@ def profile(
     damping_ratio: float = 0.0,
     max_velocity: float = NO_LIMIT,
     max_acceleration: float = NO_LIMIT,
-    **parameters: float,
+    max_jerk: float = NO_LIMIT,
+    **parameters: float | Sequence[float],
 ) -> Profile:
     """The motion of a kind over a distance [m] in a duration [s]; without one, in the shortest that the limits permit.
 
     natural_frequency [rad/s] and damping_ratio are those of the mode that the profile shall leave at rest, where it can.
     Limits in m/s and m/s2; `parameters` are those that the profiles declare. Raises ArgumentError for impossible input; it names
-    the shortest possible duration.
+    the shortest possible duration. The kind "fastest" takes the time that it needs, and max_jerk [m/s3], which no other kind keeps;
+    it is designed by `fastest_move`, unless segments are given.
     """
+    if kind in ("fastest", ProfileKind.fastest):
+        limits = {"max_velocity": max_velocity, "max_acceleration": max_acceleration, "max_jerk": max_jerk}
+        parameters |= _segments(distance, duration, (natural_frequency, damping_ratio), limits, parameters)
+        duration = 1.0  # its segments tell how long it takes
+    elif max_jerk < NO_LIMIT:
+        raise ArgumentError(f"max_jerk = {max_jerk} m/s3: only the profile fastest keeps a limit of the jerk")
     for name in parameters:
         if name not in OPTIONS:
             raise ArgumentError(f"a profile has no parameter {name!r}.{nearest(name, OPTIONS)}")
@@ -198,8 +216,30 @@ def profile(
     component.initialize()
     given = {name: getattr(component, name) for name in Profile.__dataclass_fields__ if name in MotionProfile.variables}
     span = span_of(component.profile, component, component.duration)
-    own = tuple((name, getattr(component, name)) for name in OPTIONS)
+    own = tuple((name, _kept(getattr(component, name))) for name in OPTIONS)
     return Profile(**{**given, "kind": ProfileKind(component.profile), "duration": span, "parameters": own})
+
+
+def _segments(
+    distance: float,
+    duration: float | None,
+    mode: tuple[float, float],
+    limits: Mapping[str, float],
+    given: Mapping[str, object],
+) -> dict[str, Any]:
+    """The segments of the fastest move for one mode, none if they are given."""
+    if duration is not None:
+        raise ArgumentError(f"duration = {duration} s: the fastest move takes the time that it needs; leave the duration out")
+    if "segments" in given:
+        return {}
+    from shaper_fmu.design.fastest import fastest_move  # takes long to load, and is needed here alone
+
+    values = fastest_move(distance, **limits, modes=[mode]).start_values()
+    return {name: values[name] for name in SEGMENTS}
+
+
+def _kept(value: float | Sequence[float]) -> float | tuple[float, ...]:
+    return tuple(value) if isinstance(value, Sequence) else value
 
 
 def _shortest(component: MotionProfile) -> float:

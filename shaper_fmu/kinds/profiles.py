@@ -23,7 +23,9 @@ _QUESTIONS = (
     ),
     Question("ramp_time", "kind, m, duration, max_velocity, max_acceleration", "ramp", "0.0", "A time that the limits decide."),
     Question("inner_event", "kind, m, i, duration, ramp", "event", "duration", "Time of the i-th jump within the move."),
+    Question("inner_events", "kind, m", "events", "2", "How many of these there can be."),
     Question("inner_kink", "kind, m, i, duration, ramp", "kink", "duration", "Time of the i-th kink within the move."),
+    Question("inner_kinks", "kind, m", "kinks", "4", "How many of these there can be."),
     Question("span_of", "kind, m, duration", "span", "duration", "What the move takes of the duration."),
     Question("cruise_time", "kind, m, duration, ramp", "cruise_time", "0.0", "Distance over cruise speed, 0 without cruise."),
 )
@@ -58,6 +60,7 @@ if TYPE_CHECKING:
         cycloid_versine_ramp = 5
         two_part = 6
         s_curve = 7
+        fastest = 8
 
     PARAMETERS: Mapping[str, Variable[Any]]
     FURTHER_PARAMETERS: Mapping[str, Variable[Any]]
@@ -81,7 +84,11 @@ if TYPE_CHECKING:
 
     def inner_event(kind: int, m: Any, i: int, duration: float, ramp: float) -> float: ...
 
+    def inner_events(kind: int, m: Any) -> int: ...
+
     def inner_kink(kind: int, m: Any, i: int, duration: float, ramp: float) -> float: ...
+
+    def inner_kinks(kind: int, m: Any) -> int: ...
 
     def span_of(kind: int, m: Any, duration: float) -> float: ...
 

@@ -22,8 +22,10 @@ class ProfileMethod(Method):
         shortest: the shortest duration [s] within the limits, of which one at least is given, and the ends of a gap of
             forbidden longer ones, (0, 0) without; 1e300 where no duration will do.
         ramp: a time [s] that the limits decide, such as that of a trapezoid's ramp; without it 0.
-        event: time [s] of the i-th (0, 1) jump of the acceleration within the move; without it there is none.
-        kink: time [s] of the i-th (0 .. 3) kink of the acceleration within the move; without it there is none.
+        event: time [s] of the i-th jump of the acceleration within the move; without it there is none.
+        events: how many there are; without it two. Those that equal the duration are none.
+        kink: time [s] of the i-th kink of the acceleration within the move; without it there is none.
+        kinks: how many there are; without it four. Those that equal the duration are none.
         span: what the move takes of `duration` [s]; without it all. A step takes 0.
         cruise_time: distance over cruise speed [s]; without it, or where it is 0, there is no cruise.
         constant: outputs of MotionProfile that are constant between the jumps, such as the acceleration of a trapezoid.
@@ -35,7 +37,9 @@ class ProfileMethod(Method):
     shortest: FunctionType
     ramp: FunctionType | None = None
     event: FunctionType | None = None
+    events: FunctionType | int | None = None
     kink: FunctionType | None = None
+    kinks: FunctionType | int | None = None
     span: FunctionType | None = None
     cruise_time: FunctionType | None = None
     constant: tuple[str, ...] = ()

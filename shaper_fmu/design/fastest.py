@@ -1,0 +1,299 @@
+"""The fastest move that leaves no vibration: rest to rest within limits of speed, acceleration and jerk.
+
+For a given duration all conditions are linear in the control, the acceleration or the jerk: the limits, rest and distance at the
+end, and for each frequency of a band the residual vibration against a polygon. So the farthest move in that time is a linear
+programme (shaper_fmu.design.moves.programme), and the shortest duration that reaches the distance is found by secants. Its
+multipliers prove that no move is faster (certificate); the control's switches are then made exact by Newton's method (polish).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shaper_fmu.analysis.vibration import relative_residual
+from shaper_fmu.component import NO_EVENT
+from shaper_fmu.design.lp.layout import Band
+from shaper_fmu.design.moves.control import Control
+from shaper_fmu.design.moves.polish import polished
+from shaper_fmu.design.moves.search import shortest_on_grid
+from shaper_fmu.design.moves.task import Task, duration_with_vibration
+from shaper_fmu.errors import ArgumentError, NoSolutionError
+
+MOST_BANDS = 6
+MOST_PERIODS = 100.0
+"""Periods of the highest mode in the fastest move with vibration, up to which grids resolve it."""
+
+Mode = float | tuple[float, float] | Band
+"""A natural frequency [rad/s], alone or with a damping ratio, or a band of frequencies with a tolerance of its own."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A part of a move with constant jerk: when it begins [s], how long it lasts [s], and the motion at its begin.
+
+    position [m], velocity [m/s], acceleration [m/s2], jerk [m/s3].
+    """
+
+    start: float
+    duration: float
+    position: float
+    velocity: float
+    acceleration: float
+    jerk: float
+
+
+@dataclass(frozen=True)
+class FastestMove:
+    """A rest-to-rest move with few segments of constant acceleration, or constant jerk where the jerk is limited.
+
+    Attributes:
+        distance: distance moved [m], negative for the other way.
+        max_velocity, max_acceleration, max_jerk: limits [m/s, m/s2, m/s3], infinite for none.
+        modes: the bands of natural frequencies, with the residual V that is tolerated, 0 for a single frequency without any.
+        lower_bound: it is proven that no move within the limits and tolerances is shorter [s].
+        duration_with_vibration: duration of the fastest move within the limits, whatever vibrates [s].
+        switch_times: where the control switches [s], from 0 to the end.
+        controls: the acceleration [m/s2] between the switches, or the jerk [m/s3], if that is limited.
+    """
+
+    distance: float
+    max_velocity: float
+    max_acceleration: float
+    max_jerk: float
+    modes: tuple[Band, ...]
+    lower_bound: float
+    duration_with_vibration: float
+    switch_times: tuple[float, ...]
+    controls: tuple[float, ...]
+
+    @property
+    def duration(self) -> float:
+        """Time from start to rest [s]."""
+        return self.switch_times[-1]
+
+    @property
+    def order(self) -> int:
+        """Which derivative of the position `controls` is: 2 for the acceleration, 3 for the jerk."""
+        return 3 if math.isfinite(self.max_jerk) else 2
+
+    @cached_property
+    def _control(self) -> Control:
+        return Control(np.array(self.switch_times), np.array(self.controls), self.order)
+
+    @cached_property
+    def segments(self) -> tuple[Segment, ...]:
+        """The segments, in their order."""
+        begins = self._control.times[:-1]
+        position, velocity = self._control.state(0, begins), self._control.state(1, begins)
+        values = self._control.values
+        acceleration, jerk = (self._control.state(2, begins), values) if self.order == 3 else (values, np.zeros(len(values)))
+        columns = (begins, np.diff(self._control.times), position, velocity, acceleration, jerk)
+        return tuple(Segment(*row) for row in np.array(columns).T.tolist())
+
+    def position(self, t: ArrayLike) -> np.ndarray:
+        """Position [m] at the times t [s], exact."""
+        return self._motion(t)[0]
+
+    def velocity(self, t: ArrayLike) -> np.ndarray:
+        """Velocity [m/s] at the times t [s], exact."""
+        return self._motion(t)[1]
+
+    def acceleration(self, t: ArrayLike) -> np.ndarray:
+        """Acceleration [m/s2] at the times t [s], exact, from the right where it jumps."""
+        return self._motion(t)[2]
+
+    def _motion(self, t: ArrayLike) -> np.ndarray:
+        times = np.asarray(t, dtype=float)
+        table = np.array([[s.start, s.position, s.velocity, s.acceleration, s.jerk] for s in self.segments])
+        which = np.clip(np.searchsorted(table[:, 0], times, side="right") - 1, 0, None)
+        start, p, v, a, j = np.moveaxis(table[which], -1, 0)
+        h = times - start
+        moving = np.array([p + h * (v + h * (a / 2.0 + h * j / 6.0)), v + h * (a + h * j / 2.0), a + h * j])
+        rest = np.array([self.distance, 0.0, 0.0]).reshape((3,) + (1,) * times.ndim)
+        return np.where(times < 0.0, 0.0, np.where(times >= self.duration, rest, moving))
+
+    @property
+    def peak_velocity(self) -> float:
+        """Largest speed [m/s]."""
+        return self._largest(1, np.concatenate((self._control.times, self._control.turns())))
+
+    @property
+    def peak_acceleration(self) -> float:
+        """Largest magnitude of the acceleration [m/s2]."""
+        return self._largest(2, self._control.times) if self.order == 3 else max(map(abs, self.controls))
+
+    @property
+    def peak_jerk(self) -> float:
+        """Largest magnitude of the jerk [m/s3], infinite where the acceleration jumps."""
+        return max(map(abs, self.controls)) if self.order == 3 else math.inf
+
+    def _largest(self, k: int, t: np.ndarray) -> float:
+        return float(np.abs(self._control.state(k, t)).max())
+
+    def residual_vibration(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
+        """V on a mode [rad/s] at the end of the move, as that of a `Profile` (Singer and Seering 1990), in closed form."""
+        if not natural_frequency > 0.0 or not 0.0 <= damping_ratio < 1.0:
+            raise ArgumentError(f"a mode needs w > 0 and 0 <= zeta < 1, not w = {natural_frequency}, zeta = {damping_ratio}")
+        return abs(self._control.residual(natural_frequency, damping_ratio) / self.distance)
+
+    def relative_residual(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
+        """Residual envelope over that of a step of the same distance at time 0, both at the same instant: V exp(zeta w T)."""
+        return relative_residual(self, natural_frequency, damping_ratio)
+
+    @cached_property
+    def residuals(self) -> tuple[float, ...]:
+        """The largest V over each of the modes' bands."""
+        found = []
+        for band in self.modes:
+            v = [self.residual_vibration(band.low, band.damping_ratio)]
+            if band.high > band.low:
+                v = self._control.peaks(band)[1] / abs(self.distance)
+            found.append(float(max(v)))
+        return tuple(found)
+
+    def start_values(self) -> dict[str, Any]:
+        """Start values with which the component MotionProfile makes this move."""
+        from shaper_fmu.profiles.fastest import MOST_SEGMENTS  # what FMUs carry, which this package does not need otherwise
+
+        if len(self.segments) > MOST_SEGMENTS:
+            raise ArgumentError(f"the move has {len(self.segments)} segments; MotionProfile takes {MOST_SEGMENTS}")
+        return {
+            "profile": "fastest",
+            "distance": self.distance,
+            "segments": len(self.segments),
+            "segment_end": list(self.switch_times[1:]),
+            "segment_acceleration": [one.acceleration for one in self.segments],
+            "segment_jerk": [one.jerk for one in self.segments],
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """All numbers, as JSON can hold them: a limit that is none is null."""
+        limits = {name: getattr(self, name) for name in ("max_velocity", "max_acceleration", "max_jerk")}
+        return {
+            "distance": self.distance,
+            "duration": self.duration,
+            "lower_bound": self.lower_bound,
+            "duration_with_vibration": self.duration_with_vibration,
+            **{name: limit if math.isfinite(limit) else None for name, limit in limits.items()},
+            "modes": [{**asdict(band), "residual": v} for band, v in zip(self.modes, self.residuals, strict=True)],
+            "segments": [asdict(one) for one in self.segments],
+        }
+
+    def to_json(self) -> str:
+        """The text of `to_dict`, every number to its last digit."""
+        return json.dumps(self.to_dict(), indent=2) + "\n"
+
+    def to_csv(self) -> str:
+        """The segments as a table: a line for each, numbers to their last digit, units in the header."""
+        header = "start [s],duration [s],position [m],velocity [m/s],acceleration [m/s2],jerk [m/s3]"
+        rows = [",".join(map(repr, asdict(one).values())) for one in self.segments]
+        return "\n".join([header, *rows]) + "\n"
+
+
+def fastest_move(
+    distance: float,
+    *,
+    max_velocity: float = math.inf,
+    max_acceleration: float = math.inf,
+    max_jerk: float = math.inf,
+    modes: Sequence[Mode] = (),
+    tolerance: float = 0.0,
+) -> FastestMove:
+    """The fastest move from rest to rest that leaves no vibration on the given modes, with the proof that none is faster.
+
+    Args:
+        distance: distance to move [m], negative for the other way.
+        max_velocity, max_acceleration, max_jerk: limits [m/s, m/s2, m/s3]; one of the last two is needed.
+        modes: natural frequencies [rad/s], pairs of frequency and damping ratio, or bands (`Band`) with tolerances of their own.
+        tolerance: the residual V that is tolerated where a mode has none of its own; 0 for none at all.
+
+    The acceleration (with max_jerk the jerk) is constant between a few switches. `lower_bound` is proven by linear programming;
+    the duration is above it by some 1e-4 at most places, and it is told. Raises ArgumentError for impossible arguments, and
+    NoSolutionError where no exact switches are found.
+    """
+    problem = _Problem(distance, (max_velocity, max_acceleration, max_jerk), modes, tolerance)
+    found = shortest_on_grid(problem.task)
+    control = polished(problem.task, found.move)
+    unit = problem.unit
+    if control is None:
+        raise NoSolutionError(
+            f"no exact switches were found near the move of {found.move.control.duration * unit:.6g} s that a grid shows; "
+            "tolerate a little vibration, or change a limit"
+        )
+    times = (control.times * unit).tolist()
+    top = problem.limits[control.order - 1]
+    values = (np.clip(control.values * (distance / unit**control.order), -top, top) + 0.0).tolist()  # no -0.0
+    return FastestMove(
+        float(distance), *problem.limits, problem.bands, float(found.proven * unit), unit, tuple(times), tuple(values)
+    )  # fmt: skip
+
+
+def shortest_move(
+    distance: float,
+    *,
+    max_velocity: float = math.inf,
+    max_acceleration: float = math.inf,
+    max_jerk: float = math.inf,
+    modes: Sequence[Mode] = (),
+    tolerance: float = 0.0,
+) -> float:
+    """The proven lower bound [s] alone: no move is shorter. The arguments are those of `fastest_move`."""
+    problem = _Problem(distance, (max_velocity, max_acceleration, max_jerk), modes, tolerance)
+    return float(shortest_on_grid(problem.task).proven * problem.unit)
+
+
+class _Problem:
+    """Checked arguments, and the task that they make."""
+
+    def __init__(self, distance: float, limits: tuple[float, float, float], modes: Sequence[Mode], tolerance: float):
+        speed, acceleration, jerk = (math.inf if limit >= NO_EVENT else float(limit) for limit in limits)
+        self.limits = speed, acceleration, jerk
+        _check(distance, self.limits)
+        self.bands = tuple(dict.fromkeys(_band(mode, tolerance) for mode in modes))
+        if len(self.bands) > MOST_BANDS:
+            raise ArgumentError(f"{len(self.bands)} modes; limit: {MOST_BANDS}")
+        length = abs(distance)
+        self.unit = unit = duration_with_vibration(length, *self.limits)
+        for band in self.bands:
+            periods = band.high * unit / (2.0 * math.pi)
+            if periods > MOST_PERIODS:
+                raise ArgumentError(
+                    f"a mode of {band.high:g} rad/s has {periods:.0f} periods in the move of {unit:.4g} s; limit: {MOST_PERIODS:g}"
+                )
+        scaled = speed * unit / length, acceleration * unit**2 / length, jerk * unit**3 / length
+        self.task = Task(scaled, tuple(band.scaled(unit) for band in self.bands))
+
+
+def _check(distance: float, limits: tuple[float, ...]) -> None:
+    if not math.isfinite(distance) or distance == 0.0:
+        raise ArgumentError(f"distance = {distance}: must be a finite number other than 0")
+    for name, limit in zip(("max_velocity", "max_acceleration", "max_jerk"), limits, strict=True):
+        if not limit > 0.0:
+            raise ArgumentError(f"{name} = {limit}: a limit must be greater than 0")
+    if math.isinf(limits[1]) and math.isinf(limits[2]):
+        raise ArgumentError("the fastest move needs max_acceleration or max_jerk: without both nothing keeps it from jumping")
+
+
+def _band(mode: Mode, tolerance: float) -> Band:
+    if isinstance(mode, Band):
+        band = mode
+    else:
+        w, damping_ratio = mode if isinstance(mode, tuple) else (mode, 0.0)
+        band = Band(float(w), float(w), float(tolerance), float(damping_ratio))
+    if not 0.0 < band.low <= band.high < math.inf:
+        raise ArgumentError(f"frequencies {band.low:g} to {band.high:g} rad/s: must be positive, finite and not decrease")
+    if not 0.0 <= band.damping_ratio < 1.0:
+        raise ArgumentError(f"damping ratio {band.damping_ratio:g}: must be at least 0 and less than 1")
+    if not 0.0 <= band.tolerance < 1.0:
+        raise ArgumentError(f"tolerance {band.tolerance:g}: must be at least 0 and less than 1")
+    if band.tolerance == 0.0 and band.high > band.low:
+        raise ArgumentError(f"a band from {band.low:g} to {band.high:g} rad/s needs a tolerance: without any vibration is no move")
+    return band
