@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from shaper_fmu.reproduce.claims import Reproduction
 
 HEAD = ("claim", "found", "verdict", "why")
-_STYLES = {"reproduced": "green", "not reproduced": "red", "not decidable": "yellow"}
+_STYLES = {
+    "reproduced": "green", "reproduced (labels exchanged)": "green", "not reproduced": "red", "not decidable": "yellow",
+}  # fmt: skip
 
 
 def reproduce(

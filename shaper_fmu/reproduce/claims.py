@@ -8,7 +8,7 @@ from typing import Literal
 from shaper_fmu.page.blocks import Block
 from shaper_fmu.renamed import warn_renamed
 
-Verdict = Literal["reproduced", "not reproduced", "not decidable"]
+Verdict = Literal["reproduced", "reproduced (labels exchanged)", "not reproduced", "not decidable"]
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,8 @@ class Claim:
     Attributes:
         statement: the paper's statement, as a short quotation or close paraphrase, with its section or figure.
         number: the number found here, with its unit.
-        verdict: "not decidable" where the paper does not say enough to try it.
+        verdict: "not decidable" where the paper does not say enough to try it; "reproduced (labels exchanged)" where it holds
+            only if what the paper calls the first and the second are exchanged.
         why: what was run, and how it decides.
     """
 

@@ -1,7 +1,7 @@
 """Jung (2011): selects the modes of a chain of three masses that must be shaped, and the closed loop's modes.
 
-The paper prints neither masses nor gains. The chain's defaults have the modes of its eq. (11), and with the gains of
-`partial_modes_runs.GAINS` its conclusion holds as far as it can: only with the labels of the two modes swapped.
+The paper prints neither masses nor gains. Two sets of `machine.SETS` have the modes of its eq. (11): the defaults of the chain's
+FMU, and one that was searched for. Where the conclusion holds, it does so with the labels of the two modes exchanged.
 """
 
 from __future__ import annotations

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.integrate import trapezoid
+from scipy.optimize import brentq
 
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
+from shaper_fmu.reproduce.partial_modes.machine import SET_A, Machine
 
-GAINS = {"proportional_gain": 300.0, "derivative_gain": 50.0}
-"""Of the loop F = 300 (r - x1) - 50 v1; the paper prints no gains."""
 STEP = 0.0005
 """Communication step [s]; the loop is coupled with order 2, and errs by 1e-6 m. An S-shaped move is passed on as steps of this
 length, each of which is an event behind the shaper, so that it errs by 2e-4 m."""
@@ -22,6 +23,7 @@ STOP = 18.0
 S_TIME = 1.0
 """Duration of the S-shaped move [s]; the paper prints none."""
 MASSES = ("chain.position[1]", "chain.position[2]", "chain.position[3]")
+SPEEDS = ("chain.velocity[1]", "chain.velocity[2]", "chain.velocity[3]")
 PRINTED = (3.85, 0.096), (9.42, 0.24)
 """(natural frequency [rad/s], damping ratio) of the paper's modes 1 and 2, eq. (11)."""
 
@@ -32,7 +34,12 @@ Mode = tuple[float, float]
 class Case:
     """A response of the three masses; arrays of shape (n,), `positions` (3, n).
 
-    `overshoot` in % of the way, `settled5` and `settled2` in s: shape (3,).
+    Attributes:
+        overshoot: in % of the way; shape (3,), as what follows.
+        rise: time until a mass first has 90 % of the way [s].
+        enveloped5: time from which on the envelope of a mass, the sum of its modes', is within 5 % [s].
+        settled5, settled2: time from which on a mass stays within 5 % and 2 % [s]. These jump where a swing just touches the
+            band; overshoot, rise, envelope and energy do not.
     """
 
     time: np.ndarray
@@ -40,8 +47,15 @@ class Case:
     positions: np.ndarray
     duration: float
     overshoot: np.ndarray
+    rise: np.ndarray
+    enveloped5: np.ndarray
     settled5: np.ndarray
     settled2: np.ndarray
+
+    def energy(self, since: float = 0.0) -> np.ndarray:
+        """Integral of (x - 1)^2 from a time [s] to the end of the run, for each mass [m2 s]; shape (3,)."""
+        after = self.time >= since - 1e-12
+        return trapezoid((self.positions[:, after] - 1.0) ** 2, self.time[after], axis=1)
 
     @property
     def steps(self) -> list[tuple[float, float]]:
@@ -55,11 +69,11 @@ class Case:
         return self.time[::every], self.positions[:, ::every]
 
 
-def chain_modes() -> tuple[Mode, Mode]:
+def chain_modes(machine: Machine) -> tuple[Mode, Mode]:
     """The modes of the free chain, as its FMU calculates them."""
     system = System("modes")
-    chain = fmu_path("ThreeMassChain")
-    system.add("chain", chain, {"force": 0.0, **{f"disturbance[{i}]": 0.0 for i in (1, 2, 3)}})
+    rest = {"force": 0.0, **{f"disturbance[{i}]": 0.0 for i in (1, 2, 3)}}
+    system.add("chain", fmu_path("ThreeMassChain"), {**rest, **machine.chain_values()})
     names = [f"chain.{what}[{i}]" for i in (1, 2) for what in ("natural_frequency", "damping_ratio")]
     found = system.simulate(0.1, 0.1, record=names)
     w1, z1, w2, z2 = (float(found[name][-1]) for name in names)
@@ -70,8 +84,10 @@ def loop(s_shaped: bool = False) -> System:
     """The system, with a step of 1 m or an S-shaped move (a cycloid: the speed is a raised cosine) as the command."""
     system = System("partial_modes_three_mass")
     system.add("shaper", fmu_path("InputShaper"), shaper="none")
-    system.add("controller", fmu_path("PositionController"), **GAINS)
+    system.add("controller", fmu_path("PositionController"))
     system.add("chain", fmu_path("ThreeMassChain"), {f"disturbance[{i}]": 0.0 for i in (1, 2, 3)})
+    for name, value in SET_A.start_values().items():
+        system.set(name, value)
     if s_shaped:
         system.add("profile", fmu_path("MotionProfile"), profile="cycloid", duration=S_TIME)
         system.connect("profile.position", "shaper.command")
@@ -96,7 +112,8 @@ class Bench:
     """The system's FMUs, to be run again and again with other shapers."""
 
     def __init__(self, s_shaped: bool = False):
-        self._simulation = Simulation(loop(s_shaped), [*MASSES, "shaper.shaped", "shaper.duration"])
+        self._move: float = S_TIME if s_shaped else 0.0
+        self._simulation = Simulation(loop(s_shaped), [*MASSES, *SPEEDS, "shaper.shaped", "shaper.duration"])
 
     def __enter__(self) -> Bench:
         return self
@@ -104,19 +121,44 @@ class Bench:
     def __exit__(self, *error: object) -> None:
         self._simulation.close()
 
-    def run(self, modes: tuple[Mode, ...], kind: str = "zvd") -> Case:
+    def run(self, machine: Machine, modes: tuple[Mode, ...], kind: str = "zvd") -> Case:
         """The response with a shaper for these modes."""
-        found = self._simulation.run(STOP, STEP, start_values=shaping(modes, kind), interpolation="linear", everywhere=True)
-        positions = np.array([found[name] for name in MASSES])
+        values = {**machine.start_values(), **shaping(modes, kind)}
+        found = self._simulation.run(STOP, STEP, start_values=values, interpolation="linear", everywhere=True)
+        positions, speeds = (np.array([found[name] for name in names]) for names in (MASSES, SPEEDS))
+        duration = float(found["shaper.duration"][-1])
+        last = int(np.argmin(np.abs(found.time - duration - self._move)))
         return Case(
             found.time,
             found["shaper.shaped"],
             positions,
-            float(found["shaper.duration"][-1]),
+            duration,
             100.0 * np.maximum(0.0, positions.max(axis=1) - 1.0),
+            np.array([first_reached(found.time, x, 0.9) for x in positions]),
+            found.time[last] + envelope_times(machine, positions[:, last], speeds[:, last], 0.05),
             np.array([settling_time(found.time, x, 0.05) for x in positions]),
             np.array([settling_time(found.time, x, 0.02) for x in positions]),
         )
+
+
+def first_reached(time: np.ndarray, x: np.ndarray, level: float) -> float:
+    """The time at which x first reaches a level [s], between the points by a straight line."""
+    i = int(np.argmax(x >= level))
+    return float(time[i - 1] + (time[i] - time[i - 1]) * (level - x[i - 1]) / (x[i] - x[i - 1]))
+
+
+def envelope_times(machine: Machine, positions: np.ndarray, speeds: np.ndarray, band: float) -> np.ndarray:
+    """The times from a state on [s], (3,), after which the envelope of each mass about 1 m stays within the band, in m.
+
+    The envelope is the sum of the magnitudes of the closed loop's modes, so that it falls all the time.
+    """
+    poles, shapes = np.linalg.eig(machine.closed_loop()[0])
+    amplitude = np.abs(shapes * np.linalg.solve(shapes, np.concatenate([positions - 1.0, speeds]).astype(complex)))
+
+    def over(t: float, j: int) -> float:
+        return float(amplitude[j] @ np.exp(np.real(poles) * t)) - band
+
+    return np.array([brentq(over, 0.0, 100.0, args=(j,)) if over(0.0, j) > 0.0 else 0.0 for j in range(3)])
 
 
 def settling_time(time: np.ndarray, x: np.ndarray, band: float) -> float:
@@ -131,11 +173,11 @@ def settling_time(time: np.ndarray, x: np.ndarray, band: float) -> float:
     return float(time[i] + (time[i + 1] - time[i]) * error[i] / (error[i] - error[i + 1]))
 
 
-def cases(bench: Bench, slow: Mode, fast: Mode, done: Callable[[], None]) -> dict[str, Case]:
+def cases(bench: Bench, machine: Machine, slow: Mode, fast: Mode, done: Callable[[], None]) -> dict[str, Case]:
     """No shaper, ZVD on the fast mode, on the slow one, and on both."""
     found = {}
     for name, modes in {"none": (), "fast": (fast,), "slow": (slow,), "both": (slow, fast)}.items():
-        found[name] = bench.run(modes)
+        found[name] = bench.run(machine, modes)
         done()
     return found
 

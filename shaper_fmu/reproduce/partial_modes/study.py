@@ -9,8 +9,8 @@ import numpy as np
 from shaper_fmu.design.modal_responses import ModalResponse, step_response
 from shaper_fmu.design.mode_selection import ModeSet, Selection, mode_sets, select_modes
 from shaper_fmu.progress import Update
+from shaper_fmu.reproduce.partial_modes.machine import SET_A, SETS, Machine
 from shaper_fmu.reproduce.partial_modes.runs import (
-    GAINS,
     PRINTED,
     Bench,
     Case,
@@ -20,10 +20,24 @@ from shaper_fmu.reproduce.partial_modes.runs import (
     residual_by_printed_formula,
 )
 
-MASS, STIFFNESS, DAMPING = (15.0, 8.0, 10.0), (400.0, 120.0), (20.0, 6.0)
-"""The chain FMU's defaults [kg, N/m, N s/m]."""
 TOLERANCES = (0.02, 0.05, 0.10, 0.15, 0.30)
-_RUNS = 3 * 4 + 8
+_RUNS = 3 * 4 * len(SETS) + 8
+
+
+@dataclass(frozen=True)
+class Found:
+    """The responses of one set of masses, springs and gains: no shaper, "fast", "slow" and "both" modes of the chain shaped.
+
+    Attributes:
+        modes: of the free chain, the slow one and the fast one.
+        cases: with shapers for the chain's modes; `printed`: for the rounded modes of eq. (11); `s_shaped`: the S-shaped move.
+    """
+
+    machine: Machine
+    modes: tuple[Mode, Mode]
+    cases: dict[str, Case]
+    printed: dict[str, Case]
+    s_shaped: dict[str, Case]
 
 
 @dataclass(frozen=True)
@@ -31,22 +45,23 @@ class Study:
     """Everything that was found.
 
     Attributes:
-        modes: of the free chain, the slow one and the fast one.
         by_printed_formula: residual by eq. (8) as printed, of the modes of eq. (11) [%].
-        cases: with shapers for the chain's modes; `printed`: for the rounded modes of eq. (11); `s_shaped`: the S-shaped move.
-        response: of the closed loop, by its modes, for comparison and for the choice.
+        found: for each set of `SETS`, in their order.
+        response: of set A's closed loop, by its modes, for comparison and for the choice.
         sets: all sets of the closed loop's modes with ZVD; `chosen`: for each tolerance and kind; `cure`: the runs of all sets.
     """
 
-    modes: tuple[Mode, Mode]
     by_printed_formula: tuple[float, float]
-    cases: dict[str, Case]
-    printed: dict[str, Case]
-    s_shaped: dict[str, Case]
+    found: tuple[Found, ...]
     response: ModalResponse
     sets: list[ModeSet]
     chosen: dict[tuple[str, float], Selection]
     cure: dict[tuple[int, ...], Case]
+
+    @property
+    def default(self) -> Found:
+        """Of set A, the defaults of the chain's FMU."""
+        return self.found[0]
 
 
 def study(update: Update) -> Study:
@@ -59,20 +74,20 @@ def study(update: Update) -> Study:
         update(count, _RUNS)
 
     update(0, _RUNS)
-    slow, fast = chain_modes()
     residuals = residual_by_printed_formula(PRINTED[0]), residual_by_printed_formula(PRINTED[1])
     response = closed_loop()
     sets = mode_sets(response, "zvd")
-    with Bench() as bench:
-        step, printed = cases(bench, slow, fast, done), cases(bench, *PRINTED, done)
-        cure = {}
+    cure, found = {}, []
+    with Bench() as bench, Bench(s_shaped=True) as smooth:
         for one in sets:
-            cure[one.modes] = bench.run(tuple(mode_of(response, k) for k in one.modes))
+            cure[one.modes] = bench.run(SET_A, tuple(mode_of(response, k) for k in one.modes))
             done()
-    with Bench(s_shaped=True) as bench:
-        s_shaped = cases(bench, slow, fast, done)
+        for machine in SETS:
+            modes = chain_modes(machine)
+            step, printed = cases(bench, machine, *modes, done), cases(bench, machine, *PRINTED, done)
+            found.append(Found(machine, modes, step, printed, cases(smooth, machine, *modes, done)))
     chosen = {(kind, t): select_modes(response, kind, t) for kind in ("zvd", "zv") for t in TOLERANCES}
-    return Study((slow, fast), residuals, step, printed, s_shaped, response, sets, chosen, cure)
+    return Study(residuals, tuple(found), response, sets, chosen, cure)
 
 
 def mode_of(response: ModalResponse, k: int) -> Mode:
@@ -81,12 +96,6 @@ def mode_of(response: ModalResponse, k: int) -> Mode:
 
 
 def closed_loop() -> ModalResponse:
-    """The loop's response by its matrices: M x'' + C x' + K x = (Kp (r - x1) - Kd x1', 0, 0), eqs. (9) and (10)."""
-    springs = np.array([[-1.0, 1.0, 0.0], [0.0, -1.0, 1.0]])
-    inverse = np.diag(1.0 / np.array(MASS))
-    k, c = (springs.T @ np.diag(values) @ springs for values in (STIFFNESS, DAMPING))
-    k[0, 0] += GAINS["proportional_gain"]
-    c[0, 0] += GAINS["derivative_gain"]
-    a = np.block([[np.zeros((3, 3)), np.eye(3)], [-inverse @ k, -inverse @ c]])
-    b = np.array([0.0, 0.0, 0.0, GAINS["proportional_gain"] / MASS[0], 0.0, 0.0])
+    """The response of set A's loop by its matrices."""
+    a, b = SET_A.closed_loop()
     return step_response(a, b, np.eye(6)[:3], ["x1", "x2", "x3"])
