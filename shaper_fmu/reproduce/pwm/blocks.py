@@ -7,6 +7,7 @@ import numpy as np
 from shaper_fmu.master.results import Results
 from shaper_fmu.page.blocks import Block, Table, Text
 from shaper_fmu.page.figures import Figure, Line
+from shaper_fmu.reproduce.pwm.phases import PHASE
 from shaper_fmu.reproduce.pwm.runs import (
     CASES,
     DAMPING_RATIO,
@@ -27,7 +28,13 @@ _LIMIT = [(LEVEL, f"{LEVEL:g} %")]
 def blocks(found: Study) -> list[Block]:
     """All of the page after the claims, in the paper's order."""
     return [
-        _response("fig2", "Figs. 1, 2: reference, carrier and pulses, ratio 9", found.responses[LONG_CASE, 9.0], HALF_PERIOD),
+        _any_curve(found),
+        _response(
+            "fig2",
+            "Fig. 2: the reference motion profile, carrier and pulses, ratio 9",
+            found.responses[LONG_CASE, 9.0],
+            HALF_PERIOD,
+        ),
         _response("fig3", "Fig. 3: ZV staircase, carrier and pulses, ratio 9", found.responses[ZV_CASE, 9.0], HALF_PERIOD),
         _response("fig4", "Fig. 4: travel time 0.1374 s, ratio 12", found.responses[LONG_CASE, 12.0], HALF_PERIOD),
         _response("fig5", "Fig. 5: travel time 0.1222 s, ratio 12", found.responses[SHORT_CASE, 12.0], SHORT),
@@ -41,6 +48,18 @@ def blocks(found: Study) -> list[Block]:
         _grid(found),
         _agreement(found),
     ]
+
+
+def _any_curve(found: Study) -> Figure:
+    run, carrier = found.s_curve, found.responses[ZV_CASE, 9.0]
+    during = carrier.time <= HALF_PERIOD
+    lines = [
+        Line("S-curve", run.time, run["profile.position"], style=1),
+        Line("triangle carrier", carrier.time[during], carrier["train.carrier"][during], style=3),
+        Line("pulses", run.time, run["modulator.pulse"], style=4),
+    ]
+    title = "Fig. 1: any S-curve, here a cycloid, carrier and pulses, ratio 9"
+    return Figure("fig1", title, "time [s]", "command", lines, marks=[(HALF_PERIOD, "travel time")])
 
 
 def _response(key: str, title: str, results: Results, travel: float) -> Figure:
@@ -58,10 +77,8 @@ def _residuals(key: str, title: str, found: Study, cases: tuple[str, ...]) -> Fi
     lines = []
     for i, case in enumerate(cases):
         dense, whole = found.dense[case], found.whole[case]
-        seen = dense.ratio >= 3.0  # below, it goes up to a step's own
-        lines.append(Line(case, dense.ratio[seen], dense.relative[seen], style=i))
-        seen = whole.ratio >= 3.0
-        lines.append(Line(f"{case}, whole ratios", whole.ratio[seen], whole.relative[seen], markers=True, style=i + 4))
+        lines.append(Line(case, dense.ratio, dense.relative, style=i))
+        lines.append(Line(f"{case}, whole ratios", whole.ratio, whole.relative, style=i + 4, joined=False))
     marks = [(found.crossing[case], f"{case}: {found.crossing[case]:.2f}") for case in cases]
     return Figure(key, title, "frequency ratio", "residual vibration [% of a step's]", lines, _LIMIT, marks)
 
@@ -74,10 +91,13 @@ def _edges(found: Study) -> Table:
 
 
 def _table(found: Study) -> Table:
-    rows = [[case, *(f"{s.relative[s.at(q)]:.3f}" for q in _SHOWN)] for case, s in found.whole.items()]
-    return Table(
-        "Residual vibration over the frequency ratio [% of a step's at the same time]", ["", *(f"{q:g}" for q in _SHOWN)], rows
-    )
+    rows = [[case, *(f"{s.relative[s.at(q)]:.3f}" for q in _SHOWN), f"{found.first[case]:g}"] for case, s in found.whole.items()]
+    rows += [
+        [f"{case}, phase {PHASE:g}", *(f"{values[round(q) - 1]:.3f}" for q in _SHOWN), f"{found.first_shifted[case]:g}"]
+        for case, values in found.shifted.items()
+    ]
+    title = "Residual vibration over the frequency ratio, also with a carrier of another phase [% of a step's at the same time]"
+    return Table(title, ["", *(f"{q:g}" for q in _SHOWN), "below 5 % from"], rows)
 
 
 def _widths(found: Study) -> Table:

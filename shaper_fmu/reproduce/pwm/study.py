@@ -10,6 +10,7 @@ import numpy as np
 
 from shaper_fmu.master.results import Results
 from shaper_fmu.progress import Update
+from shaper_fmu.reproduce.pwm.phases import PHASE, any_s_curve, at_phase
 from shaper_fmu.reproduce.pwm.runs import (
     CASES,
     DAMPING_RATIO,
@@ -67,7 +68,8 @@ class Study:
 
     `dense` and `whole`: the paper's commands over the frequency ratio in steps of 0.02 and 1. `crossing`: where they fall
     below 5 % for good, on the dense grid. `first`: the whole ratio from which all are below 5 %, nan if none is.
-    `responses`: time responses by (case, ratio). `grid`: see `on_the_grid`.
+    `shifted`: residual vibration at whole ratios with a carrier of the phase `PHASE` [%], `first_shifted`: as `first`.
+    `s_curve`: any S-curve, modulated with ratio 9. `responses`: time responses by (case, ratio). `grid`: see `on_the_grid`.
     """
 
     damped_frequency: float
@@ -79,6 +81,9 @@ class Study:
     crossing: dict[str, float]
     first: dict[str, float]
     first_v: dict[str, float]
+    shifted: dict[str, np.ndarray]
+    first_shifted: dict[str, float]
+    s_curve: Results
     robust: dict[str, Robustness]
     designs: dict[str, tuple[float, list[float]]]
     responses: dict[tuple[str, float], Results]
@@ -95,7 +100,7 @@ def first_below(x: np.ndarray, y: np.ndarray, level: float = LEVEL) -> float:
 
 def study(update: Update) -> Study:
     """Run it all; `update(done, total)` counts the parts."""
-    total = len(CASES) + len(ROBUST) + 1 + 4 + 2
+    total = len(CASES) + len(ROBUST) + 1 + 4 + 3
     count = 0
 
     def done() -> None:
@@ -115,6 +120,8 @@ def study(update: Update) -> Study:
     with zv_bench() as bench:
         robust[STAIRCASE] = _robustness(bench, {}, done)
         duration = bench.residuals({}, 1.0, 0.0, 0.0).kept["shaper.duration"]
+    shifted = at_phase(PHASE)
+    done()
     whole = {case: found.whole() for case, found in dense.items()}
     responses = {}
     for key, stop in {(LONG_CASE, 9.0): 0.16, (ZV_CASE, 9.0): 0.16, (LONG_CASE, 12.0): 0.45, (SHORT_CASE, 12.0): 0.45}.items():
@@ -132,6 +139,9 @@ def study(update: Update) -> Study:
         crossing={case: last_crossing(s.ratio, s.relative, LEVEL) for case, s in dense.items()},
         first={case: first_below(s.ratio, s.relative) for case, s in whole.items()},
         first_v={case: first_below(s.ratio, s.vibration) for case, s in whole.items()},
+        shifted=shifted,
+        first_shifted={case: first_below(whole[case].ratio, values) for case, values in shifted.items()},
+        s_curve=any_s_curve(9.0, 0.16),
         robust=robust,
         designs=designs,
         responses=responses,
