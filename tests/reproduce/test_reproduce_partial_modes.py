@@ -276,7 +276,7 @@ def test_the_envelope_holds_the_response_and_does_not_jump(set_b):
         last = int(np.searchsorted(time, case.duration))
         state = exact[:, last] - [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]
         size = np.abs(shapes[:3] * np.linalg.solve(shapes, state.astype(complex)))
-        envelope = size @ np.exp(np.outer(poles.real, time[last:] - time[last]))
+        envelope = size @ np.exp(np.outer(np.real(poles), time[last:] - time[last]))
         assert np.all(np.abs(exact[:3, last:] - 1.0) <= envelope + 1e-9)
         expected = [time[last + int(np.argmax(one <= 0.05))] for one in envelope]
         assert case.enveloped5 == pytest.approx(expected, abs=1.1e-3)

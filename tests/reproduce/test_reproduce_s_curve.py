@@ -12,7 +12,7 @@ from reference_runs import assert_agrees_with_reference
 from scipy.integrate import trapezoid
 
 from shaper_fmu.page.blocks import Table
-from shaper_fmu.page.figures import Figure
+from shaper_fmu.page.figures import Figure, Panels
 from shaper_fmu.reproduce.s_curve import paper as s_curve
 from shaper_fmu.reproduce.s_curve.runs import SHAPER_PERIODS
 from shaper_fmu.reproduce.s_curve.study import DURATIONS, GRID, RATIOS, Study, run_study
@@ -143,8 +143,10 @@ def test_the_report(study, updates, monkeypatch):
     assert found.key == "s-curve"
     assert updates[0][0] == 0
     assert updates[-1][0] == updates[-1][1]
-    figures = [block for block in found.blocks if isinstance(block, Figure)]
-    assert len({figure.key for figure in figures}) == len(figures) == 9
+    figures = [block for block in found.blocks if isinstance(block, Figure | Panels)]
+    assert len({figure.key for figure in figures}) == len(figures) == 6
+    (third,) = (block for block in figures if isinstance(block, Panels))  # the paper's figure 3, (a) to (d), is one picture
+    assert [panel.title[:3] for panel in third.figures] == ["(a)", "(b)", "(c)", "(d)"]
     tables = [block for block in found.blocks if isinstance(block, Table)]
     assert all(len(row) == len(table.head) for table in tables for row in table.rows)
     assert tables[0].rows[0][:4] == ["0.8", "62.085", "8.5e-07", "6.793"]

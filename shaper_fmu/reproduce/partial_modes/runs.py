@@ -153,10 +153,11 @@ def envelope_times(machine: Machine, positions: np.ndarray, speeds: np.ndarray, 
     The envelope is the sum of the magnitudes of the closed loop's modes, so that it falls all the time.
     """
     poles, shapes = np.linalg.eig(machine.closed_loop()[0])
+    rates = np.real(poles)
     amplitude = np.abs(shapes * np.linalg.solve(shapes, np.concatenate([positions - 1.0, speeds]).astype(complex)))
 
     def over(t: float, j: int) -> float:
-        return float(amplitude[j] @ np.exp(np.real(poles) * t)) - band
+        return float(amplitude[j] @ np.exp(rates * t)) - band
 
     return np.array([brentq(over, 0.0, 100.0, args=(j,)) if over(0.0, j) > 0.0 else 0.0 for j in range(3)])
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from shaper_fmu.page.blocks import Block, Table, Text
-from shaper_fmu.page.figures import Figure, Line
+from shaper_fmu.page.figures import Figure, Line, Panels
 from shaper_fmu.progress import Update
 from shaper_fmu.reproduce.claims import Reproduction
 from shaper_fmu.reproduce.s_curve.claims import SPEED_LIMIT, THRESHOLD, claims, first_mode
@@ -24,7 +24,7 @@ PAPER = (
 def reproduce(update: Update) -> Reproduction:
     """Run the study; `update(done, total)` is called after each part."""
     study = run_study(update)
-    blocks = [_notes(), *_profile_figures(study), _durations(study), *_responses(study), *_scans(study), *_future(study)]
+    blocks = [_notes(), *_profile_figures(study), _durations(study), _responses(study), *_scans(study), *_future(study)]
     return Reproduction("s-curve", "Smooth S-curve for a flexible beam, run again", PAPER, claims(study), blocks)
 
 
@@ -60,25 +60,25 @@ def _profile_figures(study: Study) -> list[Block]:
     lines = [Line(f"{name}, over its peak", run.time, run[v] / np.max(run[v])) for name, v in names.items()]
     tau = 0.5 * (duration - distance / speed)
     ends = (tau, 2.0 * tau, duration - 2.0 * tau, duration - tau)
-    title = f"The S-curve with a cruise: {distance:g} m in {duration:g} s at {speed:g} m/s (figure 2)"
-    return [Figure("profile", title, "time [s]", "share", lines, marks=[(t, f"t{i + 1}") for i, t in enumerate(ends)])]
+    title = f"Fig. 2: the S-curve with a cruise, {distance:g} m in {duration:g} s at {speed:g} m/s"
+    return [Figure("fig2", title, "time [s]", "share", lines, marks=[(t, f"t{i + 1}") for i, t in enumerate(ends)])]
 
 
-def _responses(study: Study) -> list[Block]:
+def _responses(study: Study) -> Panels:
     """Figure 3: positions of base and tip."""
     titles = {"s_curve": "S-curve", "polynomial_345": "3-4-5 polynomial"}
     places = {"base": "beam.base_position", "tip": "beam.tip_position"}
     letters = iter("abcd")
-    blocks: list[Block] = []
+    panels = []
     for profile, title in titles.items():
         for place, variable in places.items():
             lines = [
                 Line(f"{r:g} Tn", study.shown[profile, r].time, 1e3 * study.shown[profile, r][variable], style=i)
                 for i, r in enumerate(DURATIONS)
             ]
-            heading = f"{title}: position of the {place} (figure 3{next(letters)})"
-            blocks.append(Figure(f"{profile}_{place}", heading, "time [s]", "position [mm]", lines))
-    return blocks
+            heading = f"({next(letters)}) {title}, {place}"
+            panels.append(Figure(f"fig3{heading[1]}", heading, "time [s]", "position [mm]", lines))
+    return Panels("fig3", "Fig. 3: positions of the base and the tip", panels)
 
 
 def _scans(study: Study) -> list[Block]:

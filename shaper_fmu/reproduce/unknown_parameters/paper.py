@@ -94,6 +94,10 @@ COMMANDS = [
 UNDAMPED = Command("S-curve designed without damping", _profile("s_curve", 0.0), MOVE, PROFILE_STEP)
 
 
+ERRORS = (0.8, 0.9, 1.1, 1.2)
+"""Estimates of the natural frequency over the true one."""
+
+
 @dataclass(frozen=True)
 class Found:
     """V [%] of a command, shape (m, n), over damping ratios (m,) and natural frequencies by the designed one (n,).
@@ -138,13 +142,14 @@ def reproduce(update: Update) -> Reproduction:
             update(before + row, total)
 
         found[command.name] = vibration_map(command, FREQUENCY, DAMPING, row_done)
+    estimates = two_part_by_estimate()
     return Reproduction(
         "unknown-parameters",
         "Natural frequency and damping ratio both unknown",
         "What the papers announce, or leave open: Kilic and Kapucu 2011, Taskin, Kilic and Kapucu 2019, Ozokutan, Karadag, "
         "Kapucu and Kutuk 2025",
-        _claims(found),
-        _blocks(found),
+        _claims(found, estimates),
+        [*_blocks(found), _estimates_table(estimates)],
     )
 
 
@@ -165,7 +170,31 @@ def vibration_map(
     return Found(frequency, damping, values, duration)
 
 
-def _claims(found: dict[str, Found]) -> list[Claim]:
+def two_part_by_estimate() -> dict[str, list[float]]:
+    """V [%] of the two-part command at `ERRORS`: by a wrong estimate at the same duration, and at one in periods of the estimate.
+
+    At last by the plant's frequency, with the same command, at plants of `ERRORS` times the designed frequency.
+    """
+    found: dict[str, list[float]] = {"same duration": [], "duration in periods of the estimate": [], "plant": []}
+    with OscillatorBench(_profile("two_part"), MOVE / ERRORS[0], PROFILE_STEP) as bench:
+        for x in ERRORS:
+            for (name, values), duration in zip(found.items(), (MOVE, MOVE / x, MOVE), strict=True):
+                plant, designed = (x, 1.0) if name == "plant" else (1.0, x)
+                command = {"profile.duration": duration, "profile.natural_frequency": designed * NATURAL_FREQUENCY}
+                step = duration / 2000.0
+                left = bench.residuals(command, plant * NATURAL_FREQUENCY, DAMPING_RATIO, duration + 0.5 * step, step=step)
+                values.append(100.0 * left.vibration)
+    return found
+
+
+def _estimates_table(estimates: dict[str, list[float]]) -> Table:
+    labels = {"plant": "plant changed, command the same"}
+    rows = [[labels.get(name, f"estimate wrong, {name}"), *(f"{v:.2f}" for v in values)] for name, values in estimates.items()]
+    head = ["two-part command", *(f"{100.0 * (x - 1.0):+.0f} %" for x in ERRORS)]
+    return Table("V [%] by the error of the estimate, or of the plant", head, rows)
+
+
+def _claims(found: dict[str, Found], estimates: dict[str, list[float]]) -> list[Claim]:
     two, single, pwm, zv = (found[name] for name in ("two-part", "single profile", "PWM, ratio 12", "ZV"))
     s_curve, undamped, flat = found["S-curve"], found[UNDAMPED.name], found["on/off, UM-ZVD"]
     off = {name: max(f.over_damping()[0], f.over_damping()[-1]) for name, f in found.items()}
@@ -182,10 +211,12 @@ def _claims(found: dict[str, Found]) -> list[Claim]:
             "Kilic and Kapucu 2011, abstract: residual vibration is reduced fairly in spite of wrong system parameters",
             f"V < 5 % on {two.share():.0%} of the map, the single profile {single.share():.0%}",
             "reproduced" if two.share() > single.share() else "not reproduced",
-            "Both parameters wrong at once. The wide band lies above the designed frequency: estimate low rather than high.",
+            "Both parameters wrong at once. Which way to err: for a fixed duration, estimate the frequency high rather than low "
+            f"(V = {_list(estimates['same duration'])} % at -20, -10, +10, +20 %); if the duration is chosen in periods of the "
+            f"estimate, low rather than high ({_list(estimates['duration in periods of the estimate'])} %).",
         ),
         Claim(
-            "Taskin, Kilic and Kapucu 2019, conclusion: it works robustly even if frequency and damping are not known exactly",
+            "Taskin, Kilic and Kapucu 2019, abstract: it works robustly even if natural frequency and damping are not known",
             f"V < 5 % on {pwm.share():.0%} of the map, ZV {zv.share():.0%}",
             "reproduced" if pwm.share() > zv.share() else "not reproduced",
             f"Ratio 12 and 0.1374 s, both parameters wrong at once. UM-ZVD, also on/off, has {flat.share():.0%} with "
@@ -199,6 +230,10 @@ def _claims(found: dict[str, Found]) -> list[Claim]:
             "holding the profile over steps. Reproduced means that it helps.",
         ),
     ]
+
+
+def _list(values: list[float]) -> str:
+    return ", ".join(f"{value:.1f}" for value in values)
 
 
 def _blocks(found: dict[str, Found]) -> list[Block]:
