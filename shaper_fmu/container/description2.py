@@ -29,7 +29,7 @@ def description2(system: SystemStructure, outer: Sequence[OuterVariable], head: 
     if head.capabilities.readable_after_set:
         add_annotation(root, "VendorAnnotations", "Tool", "name")
     root.append(variables)
-    _add_structure(root, outer, Dependencies(system, outer), len(names) if time else None)
+    _add_structure(root, outer, Dependencies(system, outer, [len(outer)] if time else []))
     return as_bytes(root)
 
 
@@ -64,17 +64,16 @@ def _variables(outer: Sequence[OuterVariable], definitions: Definitions, time: s
     return parent
 
 
-def _add_structure(root: etree._Element, outer: Sequence[OuterVariable], dependencies: Dependencies, time: int | None) -> None:
+def _add_structure(root: etree._Element, outer: Sequence[OuterVariable], dependencies: Dependencies) -> None:
     """Outputs depend on inputs, and on the time if there is a variable for it; initial unknowns on parameters, too."""
     element = etree.SubElement(root, "ModelStructure")
 
-    def add(title: str, unknowns: list[OuterVariable], knowns: Callable[[OuterVariable], list[int]]) -> None:
+    def add(title: str, unknowns: list[OuterVariable], knowns: Callable[[OuterVariable], list[int] | None]) -> None:
         parent = etree.SubElement(element, title) if unknowns else element
         for unknown in unknowns:
-            listed = [reference + 1 for reference in knowns(unknown)]
-            if time is not None and unknown.causality == "output" and unknown.variability != "constant":
-                listed.append(time)
-            etree.SubElement(parent, "Unknown", index=str(unknown.reference + 1), dependencies=" ".join(map(str, listed)))
+            listed = knowns(unknown)
+            known = {} if listed is None else {"dependencies": " ".join(str(reference + 1) for reference in listed)}
+            etree.SubElement(parent, "Unknown", {"index": str(unknown.reference + 1), **known})
 
     add("Outputs", [v for v in outer if v.causality == "output"], dependencies.of_output)
     add("InitialUnknowns", initial_unknowns(outer), dependencies.at_start)

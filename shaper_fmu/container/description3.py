@@ -31,7 +31,7 @@ def description3(system: SystemStructure, outer: Sequence[OuterVariable], head: 
     head.add_categories(root, "fmi3")
     add_experiment(root, head.experiment)
     root.append(variables)
-    _add_structure(root, outer, Dependencies(system, outer), len(outer))
+    _add_structure(root, outer, Dependencies(system, outer, [len(outer)], parameters=True))
     if head.capabilities.readable_after_set:
         add_annotation(root, "Annotations", "Annotation", "type")
     return as_bytes(root)
@@ -105,17 +105,16 @@ def _alias_attributes(
         yield attributes | (definitions.display(variable.fmu, unit, alias.displayUnit) if variable.type in REALS else {})
 
 
-def _add_structure(root: etree._Element, outer: Sequence[OuterVariable], dependencies: Dependencies, time: int) -> None:
+def _add_structure(root: etree._Element, outer: Sequence[OuterVariable], dependencies: Dependencies) -> None:
     """FMI 3.0 wants every known that acts directly: inputs, parameters, and the time, on which FMUs may depend."""
     element = etree.SubElement(root, "ModelStructure")
 
-    def add(title: str, unknown: OuterVariable, knowns: list[int]) -> None:
-        fixed = unknown.causality != "output" or unknown.variability == "constant"
-        listed = sorted({*knowns, *([] if fixed else [time])}) if unknown.variability != "constant" else []
-        etree.SubElement(element, title, valueReference=str(unknown.reference), dependencies=" ".join(map(str, listed)))
+    def add(title: str, unknown: OuterVariable, listed: list[int] | None) -> None:
+        known = {} if listed is None else {"dependencies": " ".join(map(str, listed))}
+        etree.SubElement(element, title, {"valueReference": str(unknown.reference), **known})
 
     for output in outer:
         if output.causality == "output":
-            add("Output", output, dependencies.of_output(output) + dependencies.parameters_of(output))
+            add("Output", output, dependencies.of_output(output))
     for unknown in initial_unknowns(outer):
         add("InitialUnknown", unknown, dependencies.at_start(unknown))

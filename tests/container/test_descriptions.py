@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from bare_fmus import CO, bare_fmu, fmi_2
+from bare_fmus import CO, bare_fmu, fmi_2, large
 from description_cases import element, read_back, unknowns
 from fmpy.model_description import ModelDescription, ModelVariable, SimpleType
 from lxml import etree
@@ -154,6 +154,15 @@ def test_outputs_depend_on_inputs_through_the_whole_system(tmp_path):
     assert three["three.gear"] == ["three.small", "three.m", "time"]
 
 
+def test_a_long_list_of_everything_is_left_out(tmp_path):
+    """Which means the same: 300 variables in turn are inputs, outputs and parameters of an FMU that declares nothing."""
+    system = SystemStructure()
+    system.add("p", large(tmp_path / "large.fmu", 300))
+    found = described(system, 2, outer_variables(system, 2, expose=["p.*"]))
+    assert [len(getattr(found, kind)) for kind in ("outputs", "initialUnknowns")] == [100, 100]
+    assert all(unknown.dependencies is None for unknown in [*found.outputs, *found.initialUnknowns])
+
+
 def test_a_chain_is_followed_to_its_beginning(tmp_path):
     """in -> a -> b -> c, where a passes on its input u at once, b declares nothing, and c feeds a's other input w."""
     system = chain(tmp_path)
@@ -194,7 +203,7 @@ def test_capabilities_are_declared(tmp_path, fmi):
         root_of(system, fmi, outer_variables(system, fmi), Head("m", "i", "t", capabilities=can)), "CoSimulation"
     ).attrib
     common = {"modelIdentifier": "i", "canHandleVariableCommunicationStepSize": "false", "maxOutputDerivativeOrder": "2"}
-    common["canBeInstantiatedOnlyOncePerProcess"] = "true"
+    common |= {"canBeInstantiatedOnlyOncePerProcess": "true", "needsExecutionTool": "false"}
     of_2 = {"canGetAndSetFMUstate", "canSerializeFMUstate", "canInterpolateInputs"}
     of_3 = {"canGetAndSetFMUState", "canSerializeFMUState", "hasEventMode", "mightReturnEarlyFromDoStep"}
     more = dict.fromkeys(of_2 if fmi == 2 else of_3, "true") | ({"canNotUseMemoryManagementFunctions": "false"} if fmi == 2 else {})
