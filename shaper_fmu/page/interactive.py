@@ -42,7 +42,8 @@ def interactive(figure: Figure) -> str:
         annotation = {"yref": "paper", "y": 1.0, "yanchor": "top", "xanchor": "left", "showarrow": False}
         drawn.add_annotation(x=place, text=_escaped(text), **annotation)
     if figure.right_label:
-        drawn.update_layout(yaxis2={"title": _escaped(figure.right_label), "overlaying": "y", "side": "right", "showgrid": False})
+        right = {"overlaying": "y", "side": "right", "showgrid": False, "tickmode": "auto"}  # round numbers of its own
+        drawn.update_layout(yaxis2={"title": _escaped(figure.right_label), **right})
     drawn.update_layout(
         xaxis={"title": _escaped(figure.x_label), "type": "log" if figure.log_x else "linear"},
         yaxis={"title": _escaped(figure.y_label), "rangemode": "tozero"},

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from documented_verdicts import assert_documented
 from reference_runs import assert_agrees_with_reference
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -25,6 +26,7 @@ from shaper_fmu.reproduce.partial_modes import paper as partial_modes
 from shaper_fmu.reproduce.partial_modes import study as partial_modes_study
 from shaper_fmu.reproduce.partial_modes.blocks import blocks, left_after
 from shaper_fmu.reproduce.partial_modes.claims import claims
+from shaper_fmu.reproduce.partial_modes.judged import left_share
 from shaper_fmu.reproduce.partial_modes.runs import MASSES, PRINTED, Case, loop, shaping
 from shaper_fmu.ssp.archive import load_ssp, pack_ssp
 from shaper_fmu.ssp.parameter_sets import apply_parameter_set
@@ -192,6 +194,7 @@ def test_the_verdicts(study):
         ("Conclusion", EXCHANGED), ("Conclusion", EXCHANGED),
     ]  # fmt: skip
     assert len({claim.statement for claim in found}) == len(found) == 17  # one row for each
+    assert_documented("partial-modes", found)
     for claim in found:
         if claim.verdict == EXCHANGED:
             assert "As printed for neither set; exchanged it holds for set A and set B." in claim.why
@@ -267,6 +270,28 @@ def test_set_b_against_the_eigenvalues(set_b):
     slow, both = set_b["slow"][2], set_b["both"][2]
     assert 100.0 * (slow.rise / both.rise - 1.0) == pytest.approx(np.array([-12.7, -13.8, -12.8]), abs=0.05)
     assert 100.0 * (slow.settled5 / both.settled5 - 1.0) == pytest.approx(np.array([-3.0, -6.0, -7.2]), abs=0.1)
+
+
+def test_the_pages_table_of_both_sets(study):
+    """docs/partial_modes.md, to its digits."""
+    text = (Path(__file__).parents[2] / "docs" / "partial_modes.md").read_text()
+
+    def row(values: np.ndarray, sign: str) -> str:
+        return " / ".join(f"{value:{sign}.1f}" for value in values) + " %"
+
+    for name, label in (("rise", "time to 90 % of the way"), ("enveloped5", "envelope within 5 %"),
+                        ("settled5", "settled to 5 %"), ("settled2", "settled to 2 %")):  # fmt: skip
+        cells = [
+            row(100.0 * (getattr(found.cases["slow"], name) / getattr(found.cases["both"], name) - 1.0), "+")
+            for found in study.found
+        ]
+        assert f"| {label} | {cells[0]} | {cells[1]} |" in text
+    for name in ("slow", "both"):
+        cells = [row(100.0 * left_share(found, found.cases[name]), "") for found in study.found]
+        assert f"| {cells[0]} | {cells[1]} |" in text
+    for found in study.found:
+        overshoot = ", ".join(f"{value:.1f}" for value in found.cases["none"].overshoot)
+        assert f"| {overshoot} % |" in text
 
 
 def test_the_envelope_holds_the_response_and_does_not_jump(set_b):

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from documented_verdicts import assert_documented
 from other_masters import Job, run_jobs
 from reference_runs import assert_agrees_with_reference
 from test_native_interoperability import PACKAGES, require
@@ -238,6 +239,7 @@ def test_verdicts(study):
     assert [claim.verdict for claim in found].count("reproduced") == 13
     refuted = [claim.statement for claim in found if claim.verdict == "not reproduced"]
     assert len(refuted) == 3
+    assert_documented("pwm", found)
     for words in ("natural frequency is not known", "damping ratio is not known", "ZV cannot reduce"):
         assert any(words in claim for claim in refuted)
     ratio = next(claim for claim in found if "frequency ratio is not known" in claim.statement)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from documented_verdicts import assert_documented
 from reference_runs import assert_agrees_with_reference
 from scipy.integrate import trapezoid
 
@@ -100,6 +101,7 @@ def test_claims_and_verdicts(study):
         "reproduced", "reproduced",
         "reproduced", "reproduced", "not decidable", "reproduced", "reproduced", "reproduced",
     ]  # fmt: skip
+    assert_documented("s-curve", s_curve.claims(study))
 
 
 def test_damping_and_modes(study):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from documented_verdicts import assert_documented
 from reference_runs import assert_agrees_with_reference
 from scipy.integrate import quad, solve_ivp
 
@@ -108,6 +109,9 @@ def test_by_the_estimate_of_eq_7(study):
 def test_which_way_to_err(study):
     """High for a fixed time, low for a time in periods of the estimate: V is below that of the other side at 10 and 20 %."""
     two = study.estimates["two-part"]
+    page = (Path(__file__).parents[2] / "docs" / "reproduce.md").read_text()
+    for label, values in (("the duration is fixed", two.errors), ("the duration is 0.85 periods of the estimate", two.in_periods)):
+        assert f"| {label} | {' | '.join(f'{100 * v:.1f} %' for v in values)} |" in page
     for (minus20, minus10, plus10, plus20), sign in ((two.errors, 1), (two.in_periods, -1)):
         assert sign * minus20 > sign * plus20
         assert sign * minus10 > sign * plus10
@@ -217,6 +221,7 @@ def test_claims_and_verdicts(study):
         "reproduced", "reproduced", "reproduced",
         "not reproduced", "not decidable", "reproduced",
     ]  # fmt: skip
+    assert_documented("two-part", two_part.claims(study))
 
 
 def test_the_report(study, updates, monkeypatch):

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from documented_verdicts import assert_documented
 
 from shaper_fmu import carrier_pulses, minimax_pulses, profile, shaper, unity_magnitude_pulses
 from shaper_fmu.page.figures import Map
@@ -58,6 +59,7 @@ def test_maps_agree_with_the_formulas(found, name):
 def test_claims_and_blocks_name_what_was_found(found):
     claims = of._claims(found, of.two_part_by_estimate())
     assert [claim.verdict for claim in claims] == ["reproduced", "reproduced", "not reproduced", "reproduced"]
+    assert_documented("unknown-parameters", claims)
     assert f"V up to {found['two-part'].over_damping().max():.2f} %" in claims[0].number
     assert found["two-part"].share() == np.mean(found["two-part"].values < 5.0)
     maps = [block for block in of._blocks(found) if isinstance(block, Map)]

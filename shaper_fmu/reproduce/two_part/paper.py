@@ -55,7 +55,8 @@ def _notes() -> Block:
 
 
 def _motions(study: Study) -> list[Block]:
-    shapes = [Line(name, _time(run), run["profile.position"] / DISTANCE) for name, run in study.shapes.items()]
+    names = {"single": "(a) reference input", "two-part": "(b) proposed input, in two parts"}
+    shapes = [Line(names[name], _time(run), run["profile.position"] / DISTANCE) for name, run in study.shapes.items()]
     swings = []
     for i, (name, run) in enumerate(study.arm_runs.items()):
         exact = study.swings[name].run
@@ -69,7 +70,7 @@ def _motions(study: Study) -> list[Block]:
         for k, side in enumerate(("piston side", "rod side"))
     ]
     return [
-        Figure("fig2", "Fig. 2: the reference input (a) and the proposed one (b)", "time [s]", "share of the distance", shapes),
+        Figure("fig2", "Fig. 2: the reference input and the proposed one", "time [s]", "share of the distance", shapes),
         _response("fig3", "Fig. 3: the cylinder and the pendulum, reference input", study.arm_runs["single"]),
         _response("fig4", "Fig. 4: the cylinder and the pendulum, proposed input", study.arm_runs["two-part"]),
         Figure("swing", "Swing on the hydraulic arm and with an exact drive", "time [s]", "angle [rad]", swings),
