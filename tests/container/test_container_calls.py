@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from container_host import KINDS, ContainerFuzzer, ContainerHost, container_of
 from native_calls import ERROR, OK, null_call
-from native_host import SANITIZED, signatures
+from native_host import signatures
 
 both_versions = pytest.mark.parametrize("fmi", [2, 3])
 every_kind = pytest.mark.parametrize("kind", KINDS)

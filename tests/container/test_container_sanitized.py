@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -50,13 +51,13 @@ def test_all_container_tests_pass_under_the_sanitizers(tmp_path):
 
 BROKEN = {
     "an instance's memory too short": (
-        "life.c", "calloc(1, sizeof *container)", "calloc(1, sizeof *container - sizeof container->text)", "heap-buffer-overflow|insufficient space",
+        "life.c", "calloc(1, sizeof *container)", "calloc(1, 64)", "heap-buffer-overflow|insufficient space",
     ),
     "a state freed twice": ("states.c", "free(state->inner);\n    free(state);", "free(state->inner);\n    free(state->inner);\n    free(state);", "double-free"),
     "a state that is used after its end": ("states.c", "*place = state->next;\n    *told = 0;\n    return destroy", "*told = 0;\n    return destroy", "heap-use-after-free"),
     "a state with room for less than it has": ("states.c", "malloc(state->size)", "malloc(state->size - 8)", "heap-buffer-overflow"),
     "an index one too far": ("file.c", "k < kind->fields; k++) {\n            const Field", "k <= kind->fields; k++) {\n            const Field", "global-buffer-overflow|heap-buffer-overflow|insufficient space"),
-    "a shift out of the sign": ("life.c", "if ((int)container->phase & phases) return 1;", "if (((int)container->phase & phases) || 1 << (31 + phases % 2) == 5) return 1;", "left shift|shift exponent"),
+    "a shift out of the sign": ("life.c", "if ((int)container->phase & phases) return 1;", "if (1 << (31 + phases % 2) != 5 && (int)container->phase & phases) return 1;", "left shift|shift exponent"),
 }  # fmt: skip
 """Faults put into a copy of the sources: the file, what stands there, what shall, and what the sanitizer must say."""
 
@@ -89,8 +90,11 @@ def threads(library: Path, fmi: int, folder: Path) -> subprocess.CompletedProces
     own = copied(fmu, folder / library.stem)
     library_of(own).write_bytes(library.read_bytes())
     gcc([*THREAD, f"-I{HOSTS}", str(HOSTS / "threads.c"), "-o", str(folder / "threads"), "-ldl", "-lm", "-lpthread"])
+    quiet = folder / "loader.txt"  # its lock, which orders what it allocates and frees, is not seen
+    quiet.write_text("race:ld-linux-x86-64.so.2\n")
     command = [folder / "threads", library_of(own), str(fmi), token_of(fmu), "0", "1", "-1", "0", "30"]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+    environment = {**os.environ, "TSAN_OPTIONS": f"suppressions={quiet}:print_suppressions=0"}
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
@@ -103,7 +107,12 @@ def test_instances_in_threads_share_no_memory(fmi, tmp_path):
 
 def test_the_thread_sanitizer_sees_a_shared_variable(tmp_path):
     runtime_of("libtsan.so")
-    shared = changed_runtime(tmp_path, "messages.c", "static ONE_PER_THREAD Container *at_work;", "static Container *at_work;")
+    shared = changed_runtime(
+        tmp_path,
+        "stepping.c",
+        "    control->warnings = 0;\n",
+        "    static volatile int steps;\n    steps = steps + 1;\n    control->warnings = 0;\n",
+    )
     done = threads(compiled_container(2, THREAD, shared), 2, tmp_path)
     assert done.returncode != 0
     assert "data race" in done.stderr

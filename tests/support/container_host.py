@@ -7,10 +7,7 @@ import shutil
 from collections.abc import Callable
 from ctypes import (
     byref,
-    c_bool,
     c_byte,
-    c_char_p,
-    c_double,
     c_float,
     c_int8,
     c_int16,
@@ -23,7 +20,6 @@ from ctypes import (
 )
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import fmpy
 from clocked_fmus import clocked_fmu
@@ -52,7 +48,7 @@ _MORE_TYPES = {
 
 def library_of(folder: Path) -> Path:
     """The library for this machine of an unpacked container."""
-    (found,) = (folder / "binaries").glob("*/*.so")
+    (found,) = [path for here in (fmpy.platform, fmpy.platform_tuple) for path in (folder / "binaries" / here).glob("*.so")]
     return found
 
 

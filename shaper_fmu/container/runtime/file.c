@@ -415,7 +415,7 @@ static unsigned char *content_of(const char *path, size_t *size) {
 int read_system(Container *container, const char *path) {
     size_t size = 0;
     unsigned char *const content = content_of(path, &size);
-    if (!content) return complain(container, ERROR, "%s: %s cannot be read", container->name, path), 0;
+    if (!content) return complain(container, ERROR, "%s: cannot read %s", container->name, path), 0;
     int whole = size % 8 == 0 && size >= 24 && word_at(content) == MARK;
     whole = whole && checksum(content, size / 8 - 1) == word_at(content + size - 8);
     if (!whole) {
@@ -472,30 +472,43 @@ size_t fields_size(const Container *container) {
 
 static size_t field_size(int kind) { return kind == FIELD_I4 ? 4 : kind == FIELD_SIZE ? sizeof(size_t) : 8; }
 
-/* Copy the fields of records to bytes, eight for each, or back. */
-static unsigned char *copy_fields(const RecordKind *kind, unsigned char *records, size_t count, unsigned char *at, int back) {
+/* Copy the fields of records to bytes, eight for each. */
+static unsigned char *write_records(const RecordKind *kind, const unsigned char *records, size_t count, unsigned char *at) {
     for (size_t i = 0; i < count; i++)
         for (int k = 0; k < kind->fields; k++) {
             const Field *const field = &kind->field[k];
             if (field->kind > FIELD_SIZE) continue;
-            unsigned char *const here = records + i * kind->size + field->offset;
-            if (back)
-                memcpy(here, at, field_size(field->kind));
-            else {
-                memset(at, 0, 8);
-                memcpy(at, here, field_size(field->kind));
-            }
+            memset(at, 0, 8);
+            memcpy(at, records + i * kind->size + field->offset, field_size(field->kind));
             at += 8;
         }
     return at;
 }
 
-static void copy_all(Container *container, unsigned char *at, int back) {
-    at = copy_fields(&CONTROL_KIND, (unsigned char *)&container->control, 1, at, back);
-    for (size_t i = 0; i < ARRAY_COUNT; i++)
-        at = copy_fields(&ARRAYS[i], (unsigned char *)array_of(container, i).at, array_of(container, i).count, at, back);
+/* And back. */
+static const unsigned char *read_back(const RecordKind *kind, unsigned char *records, size_t count, const unsigned char *at) {
+    for (size_t i = 0; i < count; i++)
+        for (int k = 0; k < kind->fields; k++) {
+            const Field *const field = &kind->field[k];
+            if (field->kind > FIELD_SIZE) continue;
+            memcpy(records + i * kind->size + field->offset, at, field_size(field->kind));
+            at += 8;
+        }
+    return at;
 }
 
-void write_fields(const Container *container, unsigned char *at) { copy_all((Container *)container, at, 0); }
+void write_fields(const Container *container, unsigned char *at) {
+    at = write_records(&CONTROL_KIND, (const unsigned char *)&container->control, 1, at);
+    for (size_t i = 0; i < ARRAY_COUNT; i++) {
+        const AnyArray array = array_of(container, i);
+        at = write_records(&ARRAYS[i], (const unsigned char *)array.at, array.count, at);
+    }
+}
 
-void read_fields(Container *container, const unsigned char *at) { copy_all(container, (unsigned char *)at, 1); }
+void read_fields(Container *container, const unsigned char *at) {
+    at = read_back(&CONTROL_KIND, (unsigned char *)&container->control, 1, at);
+    for (size_t i = 0; i < ARRAY_COUNT; i++) {
+        const AnyArray array = array_of(container, i);
+        at = read_back(&ARRAYS[i], (unsigned char *)array.at, array.count, at);
+    }
+}

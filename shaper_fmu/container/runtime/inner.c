@@ -76,9 +76,10 @@ static char *url_of(const char *path) {
     return url;
 }
 
-static void *instantiate2(Inner *inner, const char *resources) {
+static void *instantiate2(Container *container, Inner *inner, const char *resources) {
     typedef fmi2Component Instantiate(fmi2String, fmi2Type, fmi2String, fmi2String, const fmi2CallbackFunctions *, fmi2Boolean, fmi2Boolean);
     Instantiate *const function = (Instantiate *)function_of(inner, "fmi2Instantiate");
+    if (!function) lacks(container, inner, "fmi2Instantiate");
     const fmi2CallbackFunctions callbacks = {logger2, calloc, free, 0, inner};
     memcpy(&inner->callbacks, &callbacks, sizeof callbacks); /* whose members are constant */
     char *const url = url_of(resources);
@@ -89,11 +90,12 @@ static void *instantiate2(Inner *inner, const char *resources) {
     return made;
 }
 
-static void *instantiate3(Inner *inner, const char *resources) {
+static void *instantiate3(Container *container, Inner *inner, const char *resources) {
     typedef fmi3Instance Instantiate(fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean, fmi3Boolean, fmi3Boolean,
                                      const fmi3ValueReference *, size_t, fmi3InstanceEnvironment, fmi3LogMessageCallback,
                                      fmi3IntermediateUpdateCallback);
     Instantiate *const function = (Instantiate *)function_of(inner, "fmi3InstantiateCoSimulation");
+    if (!function) lacks(container, inner, "fmi3InstantiateCoSimulation");
     char *const path = is_folder(resources) ? joined(resources, "") : 0;
     void *const made = function ? function(inner->full_name, inner->token, path, fmi3False, fmi3True, inner->event_mode != 0,
                                            inner->event_mode != 0, 0, 0, inner, logger3, 0)
@@ -122,7 +124,7 @@ int instantiate_inner(Container *container, Inner *inner) {
     inner->full_name = (char *)take(container, length, 1);
     if (inner->full_name && resources) {
         snprintf(inner->full_name, length, "%s.%s", container->instance_name, inner->name);
-        inner->handle = inner->version == 2 ? instantiate2(inner, resources) : instantiate3(inner, resources);
+        inner->handle = inner->version == 2 ? instantiate2(container, inner, resources) : instantiate3(container, inner, resources);
     }
     free(resources);
     free(fmu);

@@ -149,6 +149,7 @@ int is_readable(const void *address, size_t size) {
 static char *own_file(const void *here) {
     Dl_info found;
     if (!dladdr(here, &found) || !found.dli_fname) return 0;
+    if (found.dli_fname[0] != '/') return realpath(found.dli_fname, 0); /* it was loaded by a path from where the process is */
     char *copy = (char *)malloc(strlen(found.dli_fname) + 1);
     return copy ? strcpy(copy, found.dli_fname) : 0;
 }

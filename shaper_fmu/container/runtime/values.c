@@ -292,6 +292,8 @@ static Status pass_in(Container *container, const Variable *variable, const void
     for (size_t i = 0; variable->slots && i < variable->slot[0].targets; i++) {
         Whole *const whole = &container->whole[variable->slot[0].target[i].place];
         Inner *const inner = &container->inner[whole->inner];
+        typedef int SetTexts2(void *, const uint32_t *, size_t, const void *);
+        typedef int SetTexts3(void *, const uint32_t *, size_t, const void *, size_t);
         typedef int SetBinary(void *, const uint32_t *, size_t, const size_t *, const void *, size_t);
         if (!whole->set)
             return lacks(container, inner, whole->set_name);
@@ -299,9 +301,9 @@ static Status pass_in(Container *container, const Variable *variable, const void
         if (whole->type == TYPE_BINARY)
             status = ((SetBinary *)whole->set)(inner->handle, &whole->reference, 1, sizes, values, whole->length);
         else if (inner->version == 2)
-            status = ((Fmi2Transfer *)whole->set)(inner->handle, &whole->reference, 1, (void *)values);
+            status = ((SetTexts2 *)whole->set)(inner->handle, &whole->reference, 1, values);
         else
-            status = ((Fmi3Transfer *)whole->set)(inner->handle, &whole->reference, 1, (void *)values, whole->length);
+            status = ((SetTexts3 *)whole->set)(inner->handle, &whole->reference, 1, values, whole->length);
         const Status judged = judge_call(container, inner, whole->set_name, status);
         if (judged > worst) worst = judged;
     }

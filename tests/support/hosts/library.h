@@ -3,6 +3,7 @@
 #ifndef LIBRARY_H
 #define LIBRARY_H
 
+#include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -45,8 +46,11 @@ static inline void *symbol_of(void *library, const char *name) {
     } while (0)
 
 static void log2_message(void *environment, const char *instance, fmi2Status status, const char *category, const char *text, ...) {
+    va_list arguments;
     (void)environment, (void)instance, (void)status, (void)category;
-    fprintf(stderr, "message: %s\n", text);
+    va_start(arguments, text);
+    fprintf(stderr, "message: "), vfprintf(stderr, text, arguments), fprintf(stderr, "\n");
+    va_end(arguments);
 }
 
 static void log3_message(void *environment, fmi3Status status, const char *category, const char *text) {

@@ -4,6 +4,7 @@
 
 #include "library.h"
 
+#include <dirent.h>
 #include <unistd.h>
 
 static long resident_kilobytes(void) {
@@ -12,6 +13,14 @@ static long resident_kilobytes(void) {
     if (!file || fscanf(file, "%ld %ld", &total, &resident) != 2) exit(4);
     fclose(file);
     return resident * (sysconf(_SC_PAGESIZE) / 1024);
+}
+
+static int open_files(void) {
+    int found = 0;
+    DIR *files = opendir("/proc/self/fd");
+    while (files && readdir(files)) found++;
+    if (files) closedir(files);
+    return found;
 }
 
 static void one_life(void *library, int fmi, const char *token, int initialized) {
@@ -52,8 +61,10 @@ int main(int count, char **argument) {
     for (long i = 0; i < 1000 && i < instances; i++) one_life(library, fmi, token, 0); /* warm-up: the allocator keeps some pages */
     for (long i = 0; i < 3; i++) one_life(library, fmi, token, 1);
     long before = resident_kilobytes();
+    const int open_before = open_files();
     for (long i = 0; i < instances; i++) one_life(library, fmi, token, i % 100 == 0);
     printf("%ld %ld\n", before, resident_kilobytes());
+    if (open_files() != open_before) return fprintf(stderr, "files are left open\n"), 5;
     void *fmu = new_fmu(library, fmi, token);
     begin(library, fmi, fmu), end_begin(library, fmi, fmu);
     size_t size = 0;
