@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from shaper_fmu.cli import arguments as check
+from shaper_fmu.cli.fastest import design_fastest, write_segments
 from shaper_fmu.cli.modes import design_for_modes, write_plot
 from shaper_fmu.component import Variable
 from shaper_fmu.console import out, show
@@ -26,6 +27,7 @@ from shaper_fmu.page.blocks import Table
 from shaper_fmu.profiles.limits import NO_LIMIT
 
 if TYPE_CHECKING:
+    from shaper_fmu.design.fastest import FastestMove
     from shaper_fmu.design.pulse_sequence import PulseSequence
     from shaper_fmu.page.blocks import Block
 
@@ -54,6 +56,7 @@ class _Wanted:
     duration: float | None
     max_velocity: float
     max_acceleration: float
+    max_jerk: float
     frequency_ratio: float
     minimum_pulse_width: float
 
@@ -86,12 +89,16 @@ def design(
         ),
     ] = None,
     tolerance: Annotated[
-        float, typer.Option(help="Tolerated residual vibration V, for EI, SI and the insensitivity.", parser=check.share)
-    ] = 0.05,
+        float | None,
+        typer.Option(
+            help="Tolerated residual vibration V, for EI, SI and the insensitivity (default: 0.05), and fastest (default: none).",
+            parser=check.share,
+        ),
+    ] = None,
     low: Annotated[
         float | None,
         typer.Option(
-            help="Lowest natural frequency: the lower end of si's range, or of the range for which V is bounded [rad/s].",
+            help="Lowest natural frequency: the lower end of the range of si and fastest, or for which V is bounded [rad/s].",
             parser=check.positive,
         ),
     ] = None,
@@ -112,6 +119,14 @@ def design(
     max_acceleration: Annotated[
         float, typer.Option(help="Largest acceleration of a profile [m/s2].", parser=check.positive)
     ] = NO_LIMIT,
+    max_jerk: Annotated[float, typer.Option(help="Largest jerk of fastest [m/s3].", parser=check.positive)] = NO_LIMIT,
+    segments: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write the segments of fastest for a machine: a table (.csv), or all numbers (.json).",
+            callback=check.output_file(".csv", ".json"),
+        ),
+    ] = None,
     frequency_ratio: Annotated[
         float, typer.Option(help="Carrier frequency of pulse trains, divided by the damped frequency.", parser=check.positive)
     ] = 13.0,
@@ -143,9 +158,12 @@ def design(
     """Design a shaper, a profile or a pulse train; print its numbers and figures of merit, and plot its sensitivity.
 
     si: specified insensitivity from --low to --high. direct_zv, direct_zvd: two modes at once, shorter than convolved.
+    fastest: the fastest move without vibration of all modes (-w 5 -w 14), within limits of speed, acceleration and jerk, and a
+    proof that none is faster; from --low to --high it leaves at most --tolerance.
     With --low and --high, an upper bound of the residual vibration V is proven for all frequencies (and damping ratios) in between.
     With --modes, --tolerance is the share of the final values that may swing after the last impulse.
     Example: shaper-fmu design zvd --natural-frequency 5 --damping-ratio 0.1 --plot zvd.html
+    Example: shaper-fmu design fastest -w 5 --max-velocity 1 --max-acceleration 3 --segments move.csv
     """
     if modes is not None:
         if natural_frequency or damping_ratio:
@@ -153,27 +171,52 @@ def design(
         design_for_modes(
             modes,
             [kind, *(other or [])],
-            tolerance,
+            0.05 if tolerance is None else tolerance,
             settling,
             plot,
             **{name: value for name, value in parameters.items() if name in OF_SHAPERS},
         )
         return
+    if kind != "fastest":
+        for option, given in (("--segments", segments is not None), ("--max-jerk", max_jerk < NO_LIMIT)):
+            if given:
+                raise typer.BadParameter(f"this needs the kind fastest, not {kind}", param_hint=option)
     if other or settling:
         raise typer.BadParameter("this needs --modes", param_hint="--or" if other else "--settling")
     wanted = _Wanted(
-        kind, natural_frequency or [], damping_ratio or [0.0], tolerance, parameters, low, high,
-        damping_range, distance, duration, max_velocity, max_acceleration, frequency_ratio, minimum_pulse_width,
+        kind, natural_frequency or [], damping_ratio or [0.0], 0.05 if tolerance is None else tolerance, parameters, low, high,
+        damping_range, distance, duration, max_velocity, max_acceleration, max_jerk, frequency_ratio, minimum_pulse_width,
     )  # fmt: skip
     with check.wrong_usage():
-        blocks = _blocks(wanted)
+        move = _fastest(wanted, 0.0 if tolerance is None else tolerance) if kind == "fastest" else None
+        blocks = _blocks(wanted) if move is None else _of_fastest(wanted, move)
     for block in blocks:
         if isinstance(block, Table):
             show(block)
-    if len(wanted.frequencies) > 1:
+    if move is not None and segments is not None:
+        write_segments(segments, move)
+    elif len(wanted.frequencies) > 1 and move is None:
         out.print(f"The figures of merit are for the first mode, {wanted.frequencies[0]:g} rad/s.")
     if plot:
         write_plot(plot, f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s", blocks)
+
+
+def _fastest(wanted: _Wanted, tolerance: float) -> FastestMove:
+    if wanted.duration is not None:
+        raise typer.BadParameter("the fastest move takes the time that it needs", param_hint="--duration")
+    limits = {"max_velocity": wanted.max_velocity, "max_acceleration": wanted.max_acceleration, "max_jerk": wanted.max_jerk}
+    band = wanted.low, wanted.high
+    if not wanted.frequencies and None in band:
+        raise typer.BadParameter("give at least one, or --low and --high", param_hint="--natural-frequency")
+    return design_fastest(wanted.distance, limits, wanted.frequencies, wanted.ratios, tolerance, band)
+
+
+def _of_fastest(wanted: _Wanted, move: FastestMove) -> list[Block]:
+    from shaper_fmu.report.design import Mode
+    from shaper_fmu.report.moves import fastest_blocks
+
+    first = move.modes[0]
+    return fastest_blocks(move, Mode(0.5 * (first.low + first.high), first.damping_ratio, wanted.tolerance))
 
 
 check.add_options(design, {**OF_SHAPERS, **OF_PROFILES, **OF_PULSES})
@@ -194,11 +237,12 @@ def _blocks(wanted: _Wanted) -> list[Block]:
     mode = Mode(wanted.frequencies[0], wanted.ratios[0], wanted.tolerance)
     if wanted.kind in PROFILES:
         from shaper_fmu.design.profiles import profile
+        from shaper_fmu.report.moves import floor_blocks
 
         options = {"max_velocity": wanted.max_velocity, "max_acceleration": wanted.max_acceleration}
         options |= wanted.parameters(OF_PROFILES)
         law = profile(wanted.kind, wanted.distance, wanted.duration, mode.natural_frequency, mode.damping_ratio, **options)
-        return profile_blocks(wanted.kind, law, mode)
+        return [*profile_blocks(wanted.kind, law, mode), *floor_blocks(law, mode)]
     if wanted.kind in PULSES:
         pulses = _pulses(wanted)
         return [*_proven(wanted, pulses), *pulse_blocks(wanted.kind, pulses, mode)]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from shaper_fmu.analysis.vibration import Command, damping_curve, relative_residual, sensitivity_curve, tolerated_band
 from shaper_fmu.design.floor import distance_to_floor
@@ -14,6 +16,27 @@ from shaper_fmu.design.pulse_sequence import PulseSequence
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.page.blocks import Block, Table
 from shaper_fmu.page.figures import Figure, Line
+
+
+class Motion(Protocol):
+    """A move as functions of time."""
+
+    @property
+    def duration(self) -> float:
+        """Time from start to rest [s]."""
+        ...
+
+    def position(self, t: ArrayLike, /) -> np.ndarray:
+        """Position [m]."""
+        ...
+
+    def velocity(self, t: ArrayLike, /) -> np.ndarray:
+        """Velocity [m/s]."""
+        ...
+
+    def acceleration(self, t: ArrayLike, /) -> np.ndarray:
+        """Acceleration [m/s2]."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -32,13 +55,13 @@ def shaper_blocks(name: str, sequence: ImpulseSequence, mode: Mode) -> list[Bloc
         [str(i + 1), f"{t:.10g}", f"{a:.10f}", f"{level:.10f}"]
         for i, (t, a, level) in enumerate(zip(sequence.delays, sequence.amplitudes, levels, strict=True))
     ]
-    merits = [*_merits(sequence, mode), ["above the floor of positive shapers", _floor_text(sequence, mode)]]
+    merits = [*merits_of(sequence, mode), ["above the floor of positive shapers", _floor_text(sequence, mode)]]
     times = np.repeat([0.0, *sequence.delays, 1.15 * sequence.duration or 1.0], 2)[1:-1]
     line = Line(name, times, np.repeat([0.0, *levels], 2))
     return [
         Table("Impulses", ["impulse", "delay [s]", "amplitude", "level of a step"], impulses),
         Table("Figures of merit", ["what", "value"], [*merits, _certificate(sequence.certificate)]),
-        *_sensitivity_figures(name, sequence, mode),
+        *sensitivity_figures(name, sequence, mode),
         Figure("command", f"A unit step, shaped by {name}", "time [s]", "command", [line]),
     ]
 
@@ -50,15 +73,19 @@ def profile_blocks(name: str, law: Profile, mode: Mode) -> list[Block]:
         ["peak speed", f"{law.peak_velocity:.9g} m/s"],
         ["peak acceleration", f"{law.peak_acceleration:.9g} m/s2"],
         ["jumps at", ", ".join(f"{t:.9g} s" for t in law.jumps) or "none"],
-        *_merits(law, mode),
+        *merits_of(law, mode),
     ]
+    return [Table("Figures of merit", ["what", "value"], merits), *sensitivity_figures(name, law, mode), *motion_figures(name, law)]
+
+
+def motion_figures(name: str, law: Motion) -> list[Block]:
+    """Position, velocity and acceleration over time."""
     t = np.linspace(-0.1 * law.duration, 1.15 * law.duration or 1.0, 1001)
     curves = {"position [m]": law.position(t), "velocity [m/s]": law.velocity(t), "acceleration [m/s2]": law.acceleration(t)}
-    motion: list[Block] = [
+    return [
         Figure(what.split()[0], f"{name}: {what.split()[0]}", "time [s]", what, [Line(name, t, values)])
         for what, values in curves.items()
     ]
-    return [Table("Figures of merit", ["what", "value"], merits), *_sensitivity_figures(name, law, mode), *motion]
 
 
 def pulse_blocks(name: str, pulses: PulseSequence, mode: Mode) -> list[Block]:
@@ -69,7 +96,7 @@ def pulse_blocks(name: str, pulses: PulseSequence, mode: Mode) -> list[Block]:
     merits = [
         ["pulses", str(pulses.pulses)],
         ["shortest pulse or gap", f"{pulses.minimum_pulse_width:.6g} s"],
-        *_merits(pulses, mode),
+        *merits_of(pulses, mode),
         _certificate(pulses.certificate),
     ]
     times = np.repeat([0.0, *pulses.switch_times, 1.15 * pulses.travel_time], 2)[1:-1]
@@ -77,12 +104,12 @@ def pulse_blocks(name: str, pulses: PulseSequence, mode: Mode) -> list[Block]:
     return [
         Table("Switches", ["switch", "time [s]", "level after it"], switches),
         Table("Figures of merit", ["what", "value"], merits),
-        *_sensitivity_figures(name, pulses, mode),
+        *sensitivity_figures(name, pulses, mode),
         Figure("command", f"The on/off command {name}", "time [s]", "command", [line]),
     ]
 
 
-def _merits(command: Command, mode: Mode) -> list[list[str]]:
+def merits_of(command: Command, mode: Mode) -> list[list[str]]:
     """Duration, residual by both measures, insensitivity."""
     w, zeta = mode.natural_frequency, mode.damping_ratio
     band = tolerated_band(command, w, zeta, mode.tolerance)
@@ -107,7 +134,7 @@ def _floor_text(sequence: ImpulseSequence, mode: Mode) -> str:
     return "no floor applies" if distance is None else f"{max(0.0, distance):.2%}"
 
 
-def _sensitivity_figures(name: str, command: Command, mode: Mode) -> list[Figure]:
+def sensitivity_figures(name: str, command: Command, mode: Mode) -> list[Figure]:
     """V in percent over the ratio of the actual to the design frequency, and over the actual damping ratio."""
     w, zeta = mode.natural_frequency, mode.damping_ratio
     band = tolerated_band(command, w, zeta, mode.tolerance)

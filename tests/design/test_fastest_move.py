@@ -110,14 +110,14 @@ def by_cells(distance: float, speed: float, acceleration: float, w: float, zeta:
     """Shortest duration [s] of a grid of 200 cells of constant acceleration: bisection over dense linear programmes, which
     ask only whether there is a move; speeds are partial sums, and the residual is in a polygon of 32 sides around the circle."""
     n, pole = 200, w * complex(-zeta, math.sqrt(1.0 - zeta * zeta))
-    phases = np.exp(2j * math.pi * np.arange(32) / 32)
+    phases = np.exp(2j * math.pi * np.arange(32) / 32).tolist()
 
     def possible(duration: float) -> bool:
         h = duration / n
         ends = h * np.arange(n + 1)
         middles = 0.5 * (ends[1:] + ends[:-1])
         grown = np.exp(pole * (duration - ends)) / pole**2
-        residual = np.outer(phases, grown[:-1] - grown[1:]).real
+        residual = np.array([np.real(phase * (grown[:-1] - grown[1:])) for phase in phases])
         sums = h * np.tril(np.ones((n, n)))
         rows = np.vstack((sums, -sums, residual))
         most = np.concatenate((np.full(2 * n, speed), np.full(32, tolerance * distance)))
