@@ -23,6 +23,7 @@ NOT_HERE = (
 )  # have libraries of their own
 
 
+@pytest.mark.thorough
 def test_all_container_tests_pass_under_the_sanitizers(tmp_path):
     files = sorted(str(file) for file in HERE.glob("test_*.py") if file.name not in NOT_HERE)
     assert len(files) > 3

@@ -54,7 +54,7 @@ int set_logging(Container *container, int on, size_t categories, const char *con
         int known = category && category[i] && !strcmp(category[i], "logAll");
         for (int k = 0; category && category[i] && k < 5; k++) known |= !strcmp(category[i], CATEGORIES[k]);
         if (!known)
-            return complain(container, ERROR, "%s: there is no log category %s", container->name,
+            return (int)complain(container, ERROR, "%s: there is no log category %s", container->name,
                           category && category[i] ? category[i] : "(null)");
     }
     container->logging = on != 0;
