@@ -142,3 +142,16 @@ def test_parameters_are_transformed(transformation, value, found):
 def test_only_numbers_are_transformed_linearly():
     with pytest.raises(ModelError, match="'low' is not a number"):
         transformed(LinearTransformation(2.0), "low")
+
+
+@pytest.mark.parametrize(("given", "expected"), [(True, 0.0), (False, 1.0)])
+def test_a_systems_own_boolean_is_mapped_on_its_way_inside(parts, tmp_path, given, expected):
+    """Inverted, both where it is a start value and where it is driven."""
+    interface = '<ssd:Connectors><ssd:Connector name="off" kind="input"><ssc:Boolean/></ssd:Connector></ssd:Connectors>'
+    inverted = connection("off", "sink.on", table("Boolean", true="false", false="true"))
+    root = system(interface, component("source", "Source") + component("sink", "Sink"), inverted)
+    path = write_archive(tmp_path / "x.ssp", {**parts, "SystemStructure.ssd": ssd(root)})
+    started, driven = load_ssp(path), load_ssp(path)
+    started.set("off", given)
+    driven.drive("off", given)
+    assert (last(started, "on"), last(driven, "on")) == (expected, expected)
