@@ -98,7 +98,7 @@ def test_outputs_can_be_left_out_for_clients_that_read_numbers_alone(tmp_path, b
     assert variant.__name__ == "MotionProfile_trapezoid_without_moving_shortest_duration"
     path = build_fmu(variant, tmp_path, backend=backend, fmi=fmi, platforms=["this"])
     loaded = load_fmu(path)
-    shown = [v.name for v in MotionProfile.variables.values() if v.causality != "state"]
+    shown = [label for v in MotionProfile.variables.values() if v.causality != "state" for label in v.scalar_names]
     assert [n for n in loaded.variables if n != "time"] == [n for n in shown if n not in ("moving", "shortest_duration")]
     plain = MotionProfile(profile="trapezoid")
     plain.initialize()
