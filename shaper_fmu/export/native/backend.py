@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import struct
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
+from types import MappingProxyType
 
 import fmpy
 
@@ -50,9 +52,9 @@ def build_native_fmu(
     chosen = [platform_named(platform) for platform in platforms or USUAL_PLATFORMS]
     check_component(component)
     progress(f"{name}: kernels")
-    own = component_files(component)
+    page, own = _of_both_versions(component)
     generator = f"shaper-fmu {version('shaper-fmu')} with ziglang {toolchain_version()}"
-    files = {"documentation/index.html": documentation_page(component).encode(), **licences("shaper-fmu")}
+    files = {"documentation/index.html": page, **licences("shaper-fmu")}
     files |= icon_and_terminals(component, fmi)
     draft = _DESCRIPTIONS[fmi](component, "", generator)
     without_token = sources_folder(component, fmi, fmu_sources(component, "", fmi, own))
@@ -66,6 +68,12 @@ def build_native_fmu(
         libraries[platform.name] = library(name, platform, sources, kernel_object(own, platform)).read_bytes()
     files |= _binaries(name, fmi, libraries)
     return write_archive(Path(folder) / f"{name}.fmu", files)
+
+
+@functools.lru_cache(maxsize=1)  # whoever builds both versions builds them one after the other
+def _of_both_versions(component: type[Component]) -> tuple[bytes, Mapping[str, str]]:
+    """What takes long and is the same for both versions of FMI: the documentation page, and the component's own C files."""
+    return documentation_page(component).encode(), MappingProxyType(component_files(component))
 
 
 def library(name: str, platform: Platform, sources: Mapping[str, str], kernels: Path) -> Path:
@@ -85,7 +93,7 @@ def library(name: str, platform: Platform, sources: Mapping[str, str], kernels: 
     return cached("libraries", f"{name}-{key}{platform.suffix}", make)
 
 
-def kernel_object(own: dict[str, str], platform: Platform) -> Path:
+def kernel_object(own: Mapping[str, str], platform: Platform) -> Path:
     """The kernels alone, compiled: both versions of FMI are linked with them."""
     runtime = [(Path(__file__).parent / name).read_bytes() for name in ("kernel.h", "toolchain.py")]
     key = digest(*own.values(), *runtime, toolchain_version(), platform.target)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import importlib.util
 import platform
 import subprocess
@@ -32,6 +34,15 @@ class Platform:
     fmi2_folder: str
     fmi3_folder: str
     usual: bool = True
+
+    @property
+    def has_all_arithmetic(self) -> bool:
+        """Whether C is machine instructions and the system's libraries alone.
+
+        Then nothing is needed of ziglang's own library for compilers, which it compiles at its first use, for seconds. Integers of
+        64 bits need it on a processor of 32 bits; mathematics on Windows.
+        """
+        return self.suffix != ".dll" and not self.target.startswith("x86-")
 
 
 PLATFORMS = {
@@ -92,27 +103,43 @@ def toolchain_version() -> str:
 
 def build_library(sources: list[Path], target: Path, built_for: Platform, includes: list[Path]) -> None:
     """Compile C files, and link them to a shared library. Raises BuildError with the compiler's words."""
-    toolchain_version()
-    flags = [*_FLAGS, *[f"-I{folder}" for folder in includes], *_LINK]
+    _link([*map(str, sources), *_FLAGS, *[f"-I{folder}" for folder in includes]], target, built_for)
+
+
+def compile_object(source: Path, target: Path, built_for: Platform, includes: list[Path]) -> None:
+    """Compile a C file to an object of a shared library. Raises BuildError with the compiler's words."""
+    position = [] if built_for.suffix == ".dll" else ["-fPIC"]
+    _compile(["-c", str(source), *_FLAGS, *position, *[f"-I{folder}" for folder in includes]], target, built_for)
+
+
+def _link(arguments: list[str], target: Path, built_for: Platform) -> None:
+    flags = [*arguments, *_LINK]
     if built_for.suffix == ".dylib":
         flags.append(f"-Wl,-install_name,@rpath/{target.name}")
     else:
         flags.append("-Wl,--gc-sections")
     if built_for.suffix != ".dll":
         flags.append("-lm")
-    _compile([*map(str, sources), *flags], target, built_for)
-
-
-def compile_object(source: Path, target: Path, built_for: Platform, includes: list[Path]) -> None:
-    """Compile a C file to an object of a shared library. Raises BuildError with the compiler's words."""
-    toolchain_version()
-    position = [] if built_for.suffix == ".dll" else ["-fPIC"]
-    _compile(["-c", str(source), *_FLAGS, *position, *[f"-I{folder}" for folder in includes]], target, built_for)
+    if built_for.has_all_arithmetic:
+        lean = ["-nostdlib", "-lc", *(["-Wl,-z,defs"] if built_for.suffix == ".so" else [])]
+        with contextlib.suppress(BuildError):
+            return _compile([*flags, *lean], target, built_for)
+    _compile(flags, target, built_for)
 
 
 def _compile(arguments: list[str], target: Path, built_for: Platform) -> None:
+    toolchain_version()
     # where the compiler runs, its output's name is relative: no path of this machine gets into the library
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", built_for.target, "-o", target.name, *arguments]
+    command = [*_zig(), "cc", "-target", built_for.target, "-o", target.name, *arguments]
     done = subprocess.run(command, cwd=target.parent, capture_output=True, text=True, check=False)
     if done.returncode:
         raise BuildError(f"compiling for {built_for.name} failed:\n{done.stderr.strip()[-3000:]}")
+
+
+@functools.lru_cache(maxsize=1)
+def _zig() -> list[str]:
+    """The compiler's command. The package starts it by a Python of its own, which takes as long as to compile a small file."""
+    found = importlib.util.find_spec("ziglang")
+    folders = (found.submodule_search_locations or []) if found else []
+    programs = [Path(folder) / name for folder in folders for name in ("zig", "zig.exe")]
+    return next(([str(program)] for program in programs if program.is_file()), [sys.executable, "-m", "ziglang"])
