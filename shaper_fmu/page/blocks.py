@@ -77,6 +77,7 @@ h3 { font-size: 1.05rem; margin: 1.5rem 0 0.3rem; }
 td, th { overflow-wrap: break-word; max-width: 40rem; }
 td.long { overflow-wrap: anywhere; }
 .scrolled { overflow-x: auto; }
+.wide { min-width: 40rem; }
 nav ul { columns: 2; padding-left: 1.2rem; }
 figure { margin: 1.5rem 0; min-width: 0; }
 figcaption { font-size: 1.05rem; }
@@ -149,7 +150,13 @@ addEventListener("afterprint", () => fit(null));
 {% endfor %}
 </div></figure>
 {% else %}
-<figure><figcaption>{{ block.title }}</figcaption>{{ drawn(block) }}</figure>
+<figure><figcaption>{{ block.title }}</figcaption>
+{% if kind == "Map" and block.grid()[1] > 2 %}
+<div class="scrolled"><div class="wide">{{ drawn(block) }}</div></div>
+{% else %}
+{{ drawn(block) }}
+{% endif %}
+</figure>
 {% endif %}
 {% endfor %}
 </body>

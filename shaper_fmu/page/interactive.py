@@ -39,7 +39,7 @@ def interactive(figure: Figure) -> str:
     for value, text in figure.marks:
         drawn.add_vline(x=value, line={"color": "#555", "width": 1, "dash": "dot"})
         place = math.log10(value) if figure.log_x else value  # plotly wants it so for annotations, but not for lines
-        annotation = {"yref": "paper", "y": 1.0, "yanchor": "top", "xanchor": "left", "showarrow": False}
+        annotation = {"yref": "paper", "y": 1.0, "yanchor": "top", "xanchor": "right", "showarrow": False, "textangle": -90}
         drawn.add_annotation(x=place, text=_escaped(text), **annotation)
     if figure.right_label:
         right = {"overlaying": "y", "side": "right", "showgrid": False, "tickmode": "auto"}  # round numbers of its own

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from shaper_fmu.page.blocks import Table, write_report
-from shaper_fmu.page.figures import Figure, Line, Panels
+from shaper_fmu.page.figures import Figure, Line, Map, Panels
 
 CHROMIUM = next((found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None)
 ROW = [
@@ -33,6 +33,7 @@ for (const cell of table.querySelectorAll("td")) {
   }
 }
 document.body.dataset.broken = broken.join(" ");
+document.body.dataset.map = document.getElementById("map").clientWidth;
 document.body.dataset.wider = document.documentElement.scrollWidth - innerWidth;
 </script></body>"""
 
@@ -52,6 +53,16 @@ def written(tmp_path_factory) -> list[Path]:
         Table("Numbers", [""] + 12 * ["wide"], [["row"] + 12 * ["12.345678"]]),
         Panels("both", "Fig. 3", [figure("a"), figure("b")]),
         figure("right", right=True),
+        Map(
+            "map",
+            "Map",
+            "w/wn",
+            "zeta",
+            "V [%]",
+            np.arange(3.0),
+            np.arange(2.0),
+            [(f"panel {i} of the map", np.ones((2, 3))) for i in range(3)],
+        ),
     ]
     return write_report(tmp_path_factory.mktemp("narrow") / "page.html", "Narrow", blocks)
 
@@ -73,16 +84,19 @@ def test_no_word_is_broken(written, width, tmp_path):
         env={**os.environ, "HOME": str(tmp_path)},
     )
     assert re.findall(r'data-broken="([^"]*)"', done.stdout) == [""]
+    (map_width,) = re.findall(r'data-map="([^"]*)"', done.stdout)
+    assert int(map_width) >= 640  # narrower, the titles of three panels cover each other; it scrolls
     (wider,) = re.findall(r'data-wider="([^"]*)"', done.stdout)
     assert int(wider) <= 0
 
 
 def test_panels_are_one_picture_and_each_is_drawn(written):
-    assert [path.name for path in written] == ["page.html", "page_both.png", "page_right.png"]
-    assert re.findall(r'Plotly\.newPlot\(\s*"([^"]+)"', written[0].read_text()) == ["a", "b", "right"]
+    assert [path.name for path in written] == ["page.html", "page_both.png", "page_right.png", "page_map.png"]
+    assert re.findall(r'Plotly\.newPlot\(\s*"([^"]+)"', written[0].read_text()) == ["a", "b", "right", "map"]
 
 
 def test_a_line_of_the_right_axis_is_on_it(written):
-    text = written[0].read_text()
+    page = written[0].read_text()
+    text = page[page.index('id="right"') : page.index('id="map"')]
     assert text.count('"yaxis":"y2"') == 1
     assert '"yaxis2":{"title":{"text":"rad"}' in text
