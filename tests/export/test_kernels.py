@@ -9,6 +9,7 @@ import subprocess
 
 import pytest
 from compiled_kernels import ZIG, Kernels, kernel_library, record_of
+from trial_runs import moved
 
 from shaper_fmu.component import Component
 from shaper_fmu.errors import ComponentError
@@ -75,7 +76,7 @@ def compare(component: type[Component], native: Kernels, values: dict, rng: rand
     for _ in range(150):
         for variable in component.variables.values():
             if variable.causality == "input":
-                value = rng.choice([0.0, 0.05, rng.uniform(-0.1, 0.1)])
+                value = moved(variable, rng.choice([0.0, 0.05, rng.uniform(-0.1, 0.1)]))
                 setattr(plain, variable.name, value if variable.size is None else [value] * variable.size)
                 record[variable.name] = value
         h = rng.choice([0.0, 0.01, 0.013, 0.05])

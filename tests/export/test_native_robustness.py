@@ -76,7 +76,7 @@ def test_an_input_that_is_not_finite_stops_the_step_and_no_more(name, fmi):
             assert host.call("Reset") == host.setup() == host.call("ExitInitializationMode") == host.put(variable, value) == OK
             assert host.step(0.0, 0.01) == ERROR
             assert f"{variable.name}{'[1]' if host.size(variable) > 1 else ''} is " in host.log[0][1]
-            assert host.put(variable, 0.0) == host.step(0.0, 0.01) == OK
+            assert host.put(variable, host.starts(variable)[0]) == host.step(0.0, 0.01) == OK
     assert host.call("Reset") == OK
     assert host.standard_run() == expected
     host.free()

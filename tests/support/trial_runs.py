@@ -16,6 +16,7 @@ from shaper_fmu.registry import components
 STEPS = 120
 STEP = 0.0371
 CHOSEN: dict[str, dict[str, Any]] = {
+    "HoistingShaper": {"shaper": 2, "damping_ratio": 0.04, "gravity": 40.0},
     "InputShaper": {"shaper": 3, "modes": 2, "natural_frequency[1]": 5.0, "natural_frequency[2]": 13.0, "damping_ratio[1]": 0.1},
     "MotionProfile": {"profile": 6, "duration": 3.1, "start_time": 0.2, "damping_ratio": 0.08, "natural_frequency": 5.5045},
     "FlexibleBeam": {"modes": 2, "tip_mass": 0.012, "modal_damping[1]": 0.01, "modal_damping[2]": 0.02},
@@ -80,8 +81,13 @@ def stimulus(step: int, place: int) -> float:
 
 
 def stimuli(name: str, step: int) -> dict[str, Any]:
-    """The inputs of a component in a step, by their FMI 2 names: -0.1 to 0.1, or as far as their domain allows."""
-    return {label: allowed(variable, stimulus(step, place)) for place, (label, variable) in enumerate(_inputs(name))}
+    """The inputs of a component in a step, by their FMI 2 names: within 0.1 of the start value, or as far as their domain allows."""
+    return {label: moved(variable, stimulus(step, place)) for place, (label, variable) in enumerate(_inputs(name))}
+
+
+def moved(variable: Variable, change: float) -> Any:
+    """The start value of an input that is real, changed by this."""
+    return allowed(variable, variable.starts[0] + change if variable.kind is float else change)
 
 
 def allowed(variable: Variable, value: float) -> Any:
