@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from shaper_fmu.design.fastest import shortest_move
 from shaper_fmu.design.profiles import profile
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import choose
@@ -46,6 +47,20 @@ def test_moves_are_compared_with_the_fastest_one():
         if not one.design.factors:
             assert one.worst_case <= seen + 1e-3
     assert {one.profile.kind.name for one in choice.candidates if one.profile} == {"trapezoid", "s_curve", "cycloid"}
+
+
+@pytest.mark.parametrize("nominal", [1.0, 0.01])
+def test_no_move_that_fits_is_below_the_floor_of_moves(nominal):
+    """The floor is a linear programme's; for one known mode it is the lower bound of the fastest move at that tolerance."""
+    move = Move(1.0, max_velocity=1.0, max_acceleration=3.0)
+    choice = choose([ModeBox.around(W, 0.01, 0.05)], Requirements(move=move, nominal_tolerance=nominal))
+    fitting = [one.delay for one in choice.candidates if one.worst_case <= 0.05 and one.nominal <= nominal]
+    assert choice.floor
+    assert min(fitting) >= choice.floor
+    assert f"less than {choice.floor:.4g} s later than the fastest one" in choice.reason
+    exact = choose([ModeBox.around(W)], Requirements(move=move, kinds=("zv",)))
+    bound = shortest_move(1.0, max_velocity=1.0, max_acceleration=3.0, modes=[W], tolerance=0.05)
+    assert exact.floor == pytest.approx(bound - 4.0 / 3.0, abs=1e-9)
 
 
 def test_a_profiles_duration_is_the_shortest_that_fits():

@@ -119,7 +119,8 @@ def trade_off_blocks(choice: Choice) -> list[Block]:
             "nominally. Levels within the nominal tolerance count as equal."
         )
     if choice.floor:
-        text += " Below the floor no shaper of positive impulses is within the tolerance."
+        what = "shaper of positive impulses" if choice.requirements.move is None else "move within these limits"
+        text += f" Below the floor no {what} is within the tolerance."
     return [Text(text), trade_off_figure(choice)]
 
 

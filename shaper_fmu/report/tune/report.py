@@ -94,7 +94,8 @@ def summary_table(tuning: Tuning, choice: Choice) -> Table:
     rows += [["margin of the frequencies", percent(requirements.frequency_margin)]] if requirements.frequency_margin else []
     rows += [["margin of the damping ratios", percent(requirements.damping_margin)]] if requirements.damping_margin else []
     if choice.floor:
-        rows.append(["floor: no positive shaper that fits is shorter", f"{choice.floor:.6g} s"])
+        what = "no positive shaper that fits is shorter" if requirements.move is None else "no move that fits has less delay"
+        rows.append([f"floor: {what}", f"{choice.floor:.6g} s"])
     rows += [[f"varied: {name}", f"± {percent(share)}"] for name, share in tuning.spread.items()]
     return Table("The shaper", ["what", "value"], rows, left_aligned=True)
 

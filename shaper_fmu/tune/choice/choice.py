@@ -13,6 +13,7 @@ from shaper_fmu.renamed import renamed_argument
 from shaper_fmu.tune.choice.bands import shortest
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.candidates import designs
+from shaper_fmu.tune.choice.move_floor import least_delay
 from shaper_fmu.tune.choice.moves import profiles
 from shaper_fmu.tune.choice.reasons import recommendation
 from shaper_fmu.tune.choice.requirements import Requirements
@@ -24,7 +25,7 @@ from shaper_fmu.tune.choice.search import Candidate, Search, front, order
 def choose(modes: Sequence[ModeBox], requirements: Requirements | None = None, *, floor: bool = True) -> Choice:
     """Bound every shaper (and profile, for a move) over the modes' boxes, and recommend the shortest that fits the requirements.
 
-    Without `floor` it is not computed, which may save up to a second for several damped modes.
+    Without `floor` it is not computed, which may save up to a second for several damped modes, and some seconds for a move.
 
     Raises ArgumentError for no modes, and for modes of which none swings.
     """
@@ -42,13 +43,19 @@ def choose(modes: Sequence[ModeBox], requirements: Requirements | None = None, *
     candidates = tuple(sorted(search.candidates, key=order))
     fitting = [one for one in candidates if fits(one, requirements)]
     recommended = shortest_of(fitting) if fitting else None
-    least = shortest(boxes, requirements.tolerance, requirements.nominal_tolerance) if floor and requirements.move is None else None
+    least = _floor(boxes, requirements) if floor else None
     choice = Choice(
         boxes, requirements, candidates, tuple(search.dominated), _front(candidates, requirements, recommended), recommended,
         recommended or nearest_of([one for one in candidates if quick(one, requirements)], requirements),
         least, "", tuple(found.left_out),
     )  # fmt: skip
     return replace(choice, reason=recommendation(choice))
+
+
+def _floor(boxes: Sequence[ModeBox], requirements: Requirements) -> float | None:
+    if requirements.move is not None:
+        return least_delay(boxes, requirements)
+    return shortest(boxes, requirements.tolerance, requirements.nominal_tolerance)
 
 
 def nearest_of(candidates: Sequence[Candidate], requirements: Requirements) -> Candidate:

@@ -80,6 +80,8 @@ def _floor(choice: Choice, best: Candidate) -> str:
     if not choice.floor:
         return ""
     share = 1.0 - choice.floor / best.delay
+    if choice.requirements.move is not None:
+        return f". No move within these limits that fits ends less than {choice.floor:.4g} s later than the fastest one"
     if share < -1e-6:
         return f". It is {percent(-share)} shorter than any shaper of positive impulses could be"
     if share < 1e-3:

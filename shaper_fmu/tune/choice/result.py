@@ -26,7 +26,8 @@ class Choice:
             the recommended candidate, by rising delay.
         recommended: the shortest candidate that fits; None if none fits.
         nearest: the recommended candidate, or the one within the delay that leaves least relative to the tolerances.
-        floor: shortest duration of a shaper of positive impulses that fits [s]; None if unknown, and for a move.
+        floor: shortest duration of a shaper of positive impulses that fits [s]; for a move the least delay of any that fits,
+            whatever the profile and the shaper. None if unknown.
         reason: the reason for the recommendation, or the changes with which a candidate would fit.
         left_out: designs that could not be made, with reasons.
     """
