@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 from ctypes import byref, c_void_p
 from functools import lru_cache
 from pathlib import Path
@@ -14,7 +15,7 @@ from native_host import signatures
 
 both_versions = pytest.mark.parametrize("fmi", [2, 3])
 every_kind = pytest.mark.parametrize("kind", KINDS)
-CALLS = 1500
+CALLS = 500 if "libasan" in os.environ.get("LD_PRELOAD", "") else 1500
 
 
 @pytest.fixture(scope="module")
