@@ -12,13 +12,14 @@ from shaper_fmu.container.dependencies import Dependencies
 from shaper_fmu.container.description_variables import common_attributes, initial_unknowns, start_texts, states_of
 from shaper_fmu.container.head import Capabilities, Head, add_experiment, new_document, time_name
 from shaper_fmu.container.interface import SET
+from shaper_fmu.container.interface import FIRST_REFERENCE
 from shaper_fmu.container.outside import OuterVariable
 from shaper_fmu.export.description_parts import add_annotation, as_bytes, text
 from shaper_fmu.master.structure import SystemStructure
 
 
 def description3(system: SystemStructure, outer: Sequence[OuterVariable], head: Head) -> bytes:
-    """modelDescription.xml; the independent variable comes last: its reference is the number of the others."""
+    """modelDescription.xml; the independent variable comes last."""
     time = time_name(head, outer, 3) or "time"
     names = [variable.name for variable in outer] + [time]
     aliases = _aliases(outer, names)
@@ -31,7 +32,7 @@ def description3(system: SystemStructure, outer: Sequence[OuterVariable], head: 
     head.add_categories(root, "fmi3")
     add_experiment(root, head.experiment)
     root.append(variables)
-    _add_structure(root, outer, Dependencies(system, outer, [len(outer)], parameters=True))
+    _add_structure(root, outer, Dependencies(system, outer, [FIRST_REFERENCE[3] + len(outer)], parameters=True))
     if head.capabilities.readable_after_set:
         add_annotation(root, "Annotations", "Annotation", "type")
     return as_bytes(root)
@@ -89,7 +90,7 @@ def _variables(
             etree.SubElement(element, "Alias", attributes)
     unit = definitions.unit(None, "s", SECOND)
     etree.SubElement(parent, "Float64", {
-        "name": time, "valueReference": str(len(outer)), "description": "simulation time",
+        "name": time, "valueReference": str(FIRST_REFERENCE[3] + len(outer)), "description": "simulation time",
         "causality": "independent", "variability": "continuous", "unit": unit,
     })  # fmt: skip
     return parent

@@ -32,6 +32,8 @@ _MORE = ("parameter", "calculatedParameter", "local")
 Through = Mapping[Port, Port]
 """Inputs that are fed inside, and the free inputs of other instances that stand for them outside."""
 NOTHING: Through = MappingProxyType({})
+FIRST_REFERENCE = {2: 0, 3: 1}
+"""By version of FMI. OMSimulator takes the references in FMI 3.0's dependencies for places counted from 1; so they are both."""
 _WRONG = re.compile(r"[\x00-\x1f]|^\s|\s$|^$")
 
 
@@ -235,4 +237,4 @@ def finished(found: Iterable[OuterVariable], fmi: int, rename: Mapping[str, str]
         problems.append("there is nothing to show: no input is free, and there is no output; expose a variable")
     if problems:
         raise ModelError(problems)
-    return [replace(variable, reference=i) for i, variable in enumerate(named)]
+    return [replace(variable, reference=i) for i, variable in enumerate(named, FIRST_REFERENCE[fmi])]

@@ -43,7 +43,7 @@ class OuterVariable:
             a name where those are others outside.
         fmu: whose that is.
         unit: the definition of the unit outside, where it is another than the inner variable's.
-        reference: its value reference: its place among the container's variables.
+        reference: its value reference (see interface.finished).
     """
 
     name: str

@@ -58,7 +58,7 @@ def outer_outputs(variables: Sequence[OuterVariable], fmus: Any) -> list[Port]:
 
 
 def write_variables(words: Words, program: Program, variables: Sequence[OuterVariable], symbols: Symbols) -> None:
-    """Write all outer variables, and before them the arrays and scalars inside that they are moved with by calls."""
+    """Write all outer variables, so that references are their places, and before them the arrays and scalars inside that they are moved with by calls."""
     wholes = _Wholes(program)
     body = Words()
     for variable in variables:
@@ -66,7 +66,11 @@ def write_variables(words: Words, program: Program, variables: Sequence[OuterVar
     words.whole(len(wholes.rows))
     for name, reference, elements in wholes.rows:
         _write_whole(words, program, name, reference, elements, symbols)
-    words.whole(len(variables))
+    unused = variables[0].reference if variables else 0
+    words.whole(unused + len(variables))
+    for _ in range(unused):
+        words.text("")
+        words.whole(0, Settable.NEVER, 0, 0)
     words.append(body)
 
 

@@ -214,7 +214,7 @@ def test_the_time_gets_a_name_that_is_free(tmp_path):
     system = both(tmp_path)
     outer = outer_variables(system, 3, rename={"two.x": "time"})
     found = described(system, 3, outer)
-    assert [(v.name, v.valueReference) for v in found.modelVariables if v.causality == "independent"] == [("time_", len(outer))]
+    assert [(v.name, v.valueReference) for v in found.modelVariables if v.causality == "independent"] == [("time_", len(outer) + 1)]
 
 
 def test_other_names_of_inputs_are_kept_in_fmi_3(tmp_path):

@@ -11,9 +11,9 @@ static double time_rounding(double t, double h) { return 1e-9 * h + 64.0 * 2.220
 
 /* Have the loop go from t to t + h: by one step, or by steps to the points of a grid that begins at the experiment's start. The
    host's steps need not fit to the grid. */
-static void aim(Container *container, double h) {
+static void aim(Container *container, double t, double h) {
     Control *const control = &container->control;
-    const double t = control->t, step = container->longest > 0.0 ? container->longest : h;
+    const double step = container->longest > 0.0 ? container->longest : h;
     control->start = container->longest > 0.0 ? container->origin : t;
     control->step = step;
     control->stop = t + h;
@@ -22,6 +22,15 @@ static void aim(Container *container, double h) {
     if (control->steps <= control->done) control->steps = control->done + 1;
     const double end = control->start + (double)control->steps * step;
     control->ends_whole = fabs(end - control->stop) <= time_rounding(control->stop, step);
+    if (control->ends_whole && container->longest > 0.0) control->stop = end;
+}
+
+/* The point of the inner grid where the host means it: hosts add up their steps, or count nanoseconds, and a nonlinear plant inside
+   makes more of the last bits. Without a grid the host's own numbers count. */
+static double on_grid(const Container *container, double t) {
+    if (!(container->longest > 0.0)) return t;
+    const double near = container->origin + rint((t - container->origin) / container->longest) * container->longest;
+    return fabs(near - t) <= time_rounding(t, container->longest) ? near : t;
 }
 
 static Status check_step(Container *container, double t, double h) {
@@ -38,8 +47,9 @@ static Status check_step(Container *container, double t, double h) {
         return complain(container, ERROR, "%s: a step of %g s is too short for times of %g s", container->name, h, t);
     if (container->longest > 0.0 && (t + h - container->origin) / container->longest > MOST_STEPS)
         return complain(container, ERROR, "%s: a step of %g s has too many inner steps, of %g s", container->name, h, container->longest);
-    if (control->smooth_from == control->t) control->smooth_from = t;
-    control->t = t;
+    const double begin = on_grid(container, t);
+    if (control->smooth_from == control->t) control->smooth_from = begin;
+    control->t = begin;
     return OK;
 }
 
@@ -58,7 +68,7 @@ static Status stopped(Container *container) {
 }
 
 /* Begin a step: what waits is handled, and the instances get their inputs. */
-static int begin_step(Container *container, double h) {
+static int begin_step(Container *container, double t, double h) {
     const System *const system = &container->system;
     Control *const control = &container->control;
     if (control->paused && !loop_handle_event(system, control, 0)) return 0; /* the host has not done it */
@@ -69,7 +79,7 @@ static int begin_step(Container *container, double h) {
     }
     const int anew = container->dirty || !container->ready;
     container->dirty = 0;
-    aim(container, h);
+    aim(container, t, h);
     return !anew || loop_go_on(system, control);
 }
 
@@ -84,7 +94,7 @@ Status advance(Container *container, double t, double h, int no_going_back) {
     control->unrecorded = 1;
     control->returning = !no_going_back;
     control->pausing = container->event_mode ? (container->early_return ? 2 : 1) : 0;
-    if (!begin_step(container, h)) return stopped(container);
+    if (!begin_step(container, t, h)) return stopped(container);
     container->ready = 0; /* the end of the run sets what passes through alone */
     for (int answer = ANSWER_GOING_ON; answer == ANSWER_GOING_ON;) {
         answer = container->steering ? run_with_slopes(container) : loop_run(&container->system, control, INT64_MAX);

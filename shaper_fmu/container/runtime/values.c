@@ -146,7 +146,7 @@ static int moves(int fmi, int type, int of_variable) {
 
 /* The variable of a value reference, if the function moves it; else null, and says so. The last reference is that of the time. */
 static Variable *find(Container *container, const char *function, int fmi, int type, uint32_t reference) {
-    if (reference >= container->variables) {
+    if (reference >= container->variables || !*container->variable[reference].name) {
         complain(container, ERROR, "%s: %s: there is no variable with the value reference %lu", container->name, function,
                (unsigned long)reference);
         return 0;
