@@ -15,6 +15,8 @@ from container_sources import changed_runtime, compiled_container
 from native_host import ADDRESS, HOSTS, THREAD, gcc, host_program, token_of
 from test_native_sanitized import reports, runtime_of, sanitized_environment
 
+from shaper_fmu.container.interface import FIRST_REFERENCE
+
 HERE = Path(__file__).parent
 SUPPORT = HERE.parent / "support"
 NOT_HERE = (
@@ -94,7 +96,7 @@ def threads(library: Path, fmi: int, folder: Path) -> subprocess.CompletedProces
     gcc([*THREAD, f"-I{HOSTS}", str(HOSTS / "threads.c"), "-o", str(folder / "threads"), "-ldl", "-lm", "-lpthread"])
     quiet = folder / "loader.txt"  # its lock, which orders what it allocates and frees, is not seen
     quiet.write_text("race:ld-linux-x86-64.so.2\n")
-    command = [folder / "threads", library_of(own), str(fmi), token_of(fmu), "0", "1", "-1", "0", "30"]
+    command = [folder / "threads", library_of(own), str(fmi), token_of(fmu), str(FIRST_REFERENCE[fmi]), "1", "-1", "0", "30"]
     environment = {**os.environ, "TSAN_OPTIONS": f"suppressions={quiet}:print_suppressions=0"}
     for _ in range(5):  # where it asks the loader about a race while another thread loads a library, both may wait without end
         with contextlib.suppress(subprocess.TimeoutExpired):
