@@ -111,7 +111,7 @@ void free_container(Container *container) {
         if (!lost) free_inner(&container->inner[i]);
     }
     leave(container, OK);
-    for (size_t i = 0; i < container->takings; i++) free(container->taken[i]);
+    for (size_t i = 0; i < container->takings && !lost; i++) free(container->taken[i]); /* lost FMUs still hold their callbacks */
     free(container->taken);
     free(container->resources);
     free(container->instance_name);
