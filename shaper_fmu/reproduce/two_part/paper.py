@@ -30,7 +30,7 @@ from shaper_fmu.reproduce.two_part.study import (
 )
 
 PAPER = "A. Kilic, S. Kapucu: A New Robust Method for Reducing Residual Vibrations in Flexible Systems, 2011 (in Turkish)"
-ESTIMATE = "estimated over actual natural frequency, w*/w"
+ESTIMATE = "estimated over actual frequency, w*/w"
 PLANT = "actual over designed natural frequency"
 _LEVELS = [(100 * LEVEL, "5 %")]
 _MARKS = [(1.0, "designed")]
