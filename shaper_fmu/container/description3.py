@@ -11,8 +11,7 @@ from shaper_fmu.container.definitions import REALS, SECOND, Definitions
 from shaper_fmu.container.dependencies import Dependencies
 from shaper_fmu.container.description_variables import common_attributes, initial_unknowns, start_texts, states_of
 from shaper_fmu.container.head import Capabilities, Head, add_experiment, new_document, time_name
-from shaper_fmu.container.interface import SET
-from shaper_fmu.container.interface import FIRST_REFERENCE
+from shaper_fmu.container.interface import FIRST_REFERENCE, SET
 from shaper_fmu.container.outside import OuterVariable
 from shaper_fmu.export.description_parts import add_annotation, as_bytes, text
 from shaper_fmu.master.structure import SystemStructure

@@ -58,7 +58,7 @@ def outer_outputs(variables: Sequence[OuterVariable], fmus: Any) -> list[Port]:
 
 
 def write_variables(words: Words, program: Program, variables: Sequence[OuterVariable], symbols: Symbols) -> None:
-    """Write all outer variables, so that references are their places, and before them the arrays and scalars inside that they are moved with by calls."""
+    """Write all outer variables, each at the place that is its reference, and before them what calls move inside as a whole."""
     wholes = _Wholes(program)
     body = Words()
     for variable in variables:
