@@ -35,13 +35,14 @@ def foreign_states(folder: Path, fmi: int) -> list[int]:
     return found
 
 
+@pytest.mark.representatives(kind=["shaped2", "mixed", "lag3", "faulty3"])
 @every_kind
 @both_versions
 def test_random_calls_are_done_or_refused_as_the_standard_says(kind, fmi, folder):
-    for events in [False] if fmi == 2 else [False, True]:
-        host = ContainerHost(container_of(kind, fmi, folder), events)
+    for events, early in [(False, False)] if fmi == 2 else [(False, False), (True, False), (True, True)]:
+        host = ContainerHost(container_of(kind, fmi, folder), events, early=early)
         goes_far = KINDS[kind].step is None and "shaped" in kind  # others have events inside for ever, or grow
-        ContainerFuzzer(host, f"{kind}/{fmi}/{events}", foreign_states(folder, fmi), goes_far).run(CALLS)
+        ContainerFuzzer(host, f"{kind}/{fmi}/{events}/{early}", foreign_states(folder, fmi), goes_far).run(CALLS)
         host.free()
 
 

@@ -64,7 +64,8 @@ def loaded(library: Path, fmi: int) -> ctypes.CDLL:
 class ContainerHost(Host):
     """One instance of a container, and what its logger got."""
 
-    def __init__(self, fmu: Path, events: bool = False, folder: Path | None = None):
+    def __init__(self, fmu: Path, events: bool = False, folder: Path | None = None, early: bool = True):
+        self.early = early
         self.fmu, self.folder = fmu, folder or unpacked(fmu)
         about = fmpy.read_model_description(str(fmu), validate=False)
         self.fmi, self.exchange = int(str(about.fmiVersion)[0]), False

@@ -46,6 +46,8 @@ def array(kind: Any, values: list) -> Any:
 class Host:
     """One instance in a library, and what its logger got."""
 
+    early = True  # with events, steps may return early
+
     def __init__(self, name: str, fmi: int, exchange: bool = False, events: bool = False, update: Any = None):
         self.name, self.fmi, self.exchange, self.events = name, fmi, exchange, events and not exchange and fmi == 3
         self.library = load(native_fmu(name, fmi), fmi)
@@ -80,7 +82,7 @@ class Host:
         if self.exchange:
             return self.library.fmi3InstantiateModelExchange(name, token, None, False, False, None, self._logger)
         needed = array(c_uint32, list(required))
-        options = (False, False, self.events, self.events, needed, len(required), None, self._logger, self._update)
+        options = (False, False, self.events, self.events and self.early, needed, len(required), None, self._logger, self._update)
         return self.library.fmi3InstantiateCoSimulation(name, token, None, *options)
 
     def call(self, function: str, *arguments: Any) -> int:
