@@ -22,7 +22,7 @@ from shaper_fmu.analysis.vibration import relative_residual
 from shaper_fmu.component import NO_EVENT
 from shaper_fmu.design.lp.layout import Band
 from shaper_fmu.design.moves.control import Control
-from shaper_fmu.design.moves.polish import polished
+from shaper_fmu.design.moves.polish import polished, with_ramps
 from shaper_fmu.design.moves.search import shortest_on_grid
 from shaper_fmu.design.moves.task import Task, duration_with_vibration
 from shaper_fmu.errors import ArgumentError, NoSolutionError
@@ -30,6 +30,9 @@ from shaper_fmu.errors import ArgumentError, NoSolutionError
 MOST_BANDS = 6
 MOST_PERIODS = 100.0
 """Periods of the highest mode in the fastest move with vibration, up to which grids resolve it."""
+
+_WIDE = 1e-3
+"""Share by which a move may be above its bound before a hard jerk is looked at from the move without a limit of it."""
 
 Mode = float | tuple[float, float] | Band
 """A natural frequency [rad/s], alone or with a damping ratio, or a band of frequencies with a tolerance of its own."""
@@ -221,8 +224,13 @@ def fastest_move(
     """
     problem = _Problem(distance, (max_velocity, max_acceleration, max_jerk), modes, tolerance)
     found = shortest_on_grid(problem.task)
-    control = polished(problem.task, found.move)
-    unit = problem.unit
+    control, proven, unit = polished(problem.task, found.move), found.proven, problem.unit
+    wide = control is None or control.duration > proven * (1.0 + _WIDE)
+    if wide and problem.task.order == 3 and math.isfinite(problem.limits[1]):
+        other, more = _by_ramps(problem.task)
+        proven = max(proven, more)
+        if other is not None and (control is None or other.duration < control.duration):
+            control = other
     if control is None:
         raise NoSolutionError(
             f"no exact switches were found near the move of {found.move.control.duration * unit:.6g} s that a grid shows; "
@@ -232,8 +240,17 @@ def fastest_move(
     top = problem.limits[control.order - 1]
     values = (np.clip(control.values * (distance / unit**control.order), -top, top) + 0.0).tolist()  # no -0.0
     return FastestMove(
-        float(distance), *problem.limits, problem.bands, float(found.proven * unit), unit, tuple(times), tuple(values)
+        float(distance), *problem.limits, problem.bands, float(proven * unit), unit, tuple(times), tuple(values)
     )  # fmt: skip
+
+
+def _by_ramps(task: Task) -> tuple[Control | None, float]:
+    """The move with limited jerk from that whose acceleration jumps, for ramps that are too short for a grid; and the proven
+    duration of the latter, below which there is none with one more limit."""
+    jumping = Task((*task.limits[:2], math.inf), task.bands)
+    found = shortest_on_grid(jumping)
+    control = polished(jumping, found.move)
+    return (with_ramps(task, control) if control is not None else None), found.proven
 
 
 def shortest_move(

@@ -267,3 +267,16 @@ def test_with_a_limited_jerk_it_is_that_of_independent_programmes_in_which_the_a
     move = fastest_move(1.0, max_jerk=jerk, modes=[NOMINAL], **LIMITS)
     assert move.duration == pytest.approx(long, rel=0.003)
     check(move)
+
+
+def test_slow_modes_and_hard_jerks():
+    """A mode of a hundredth of a radian per second; a jerk so hard that its ramps take a thousandth of the move."""
+    slow = fastest_move(1.0, modes=[0.02], **LIMITS)
+    check(slow)
+    assert slow.duration <= 1.001 * slow.lower_bound
+    soft = fastest_move(1.0, modes=[5.0], **LIMITS)
+    for jerk in (300.0, 3000.0):
+        hard = fastest_move(1.0, modes=[5.0], max_jerk=jerk, **LIMITS)
+        check(hard)
+        assert soft.duration < hard.duration < soft.duration + 3.5 * LIMITS["max_acceleration"] / jerk  # ramps instead of jumps
+        assert hard.duration <= 1.002 * hard.lower_bound

@@ -39,9 +39,13 @@ _LONGER = 5e-3
 """A polished move may be longer than that on the grid by this share."""
 _SIMPLER = 5e-5
 """The share by which fewer switches may make it longer."""
+_RAMPS = 4.0
+"""The ramps instead of jumps may make the move longer by this multiple of their time."""
 _SHORT = 0.05
 """Share of the duration up to which a segment may be superfluous."""
-LIMITS_KEPT = 1e-12
+_LIMITS_KEPT = 1e-12
+_ROUNDING = 2e-15
+"""Share of the control's limit to which the motion is known: a hard jerk for a short time."""
 
 
 def polished(task: Task, move: GridMove) -> Control | None:
@@ -55,6 +59,21 @@ def polished(task: Task, move: GridMove) -> Control | None:
             if best.duration <= whole * (1.0 + _SIMPLER):
                 break
     return _simplified(task, best) if best is not None and best.duration <= whole * (1.0 + _LONGER) else None
+
+
+def with_ramps(task: Task, control: Control) -> Control | None:
+    """The move with limited jerk near one whose acceleration jumps: each jump becomes a ramp. None if there is none."""
+    top = task.limits[2]
+    jumps = control.jumps
+    half = 0.5 * np.abs(jumps) / top
+    at = control.times + half[0]
+    times = np.column_stack((at - half, at + half)).ravel()
+    values = np.column_stack((top * np.sign(jumps), np.zeros(len(jumps)))).ravel()[:-1]
+    if np.diff(times).min() < 0.0:
+        return None
+    ramped = Control(np.concatenate(([0.0], times[1:])), values, 3)
+    found = _newton(task, _coarsened(shorten(task, _coarsened(ramped, _TINY)), _VANISHED))
+    return found if found is not None and found.duration <= control.duration + _RAMPS * float(half.sum()) else None
 
 
 def _simplified(task: Task, control: Control) -> Control:
@@ -115,9 +134,10 @@ def _newton(task: Task, control: Control) -> Control | None:
 
 
 def _solved(task: Task, control: Control, near: float) -> Control | None:
+    done = max(_DONE, 0.1 * _rounding(task))
     for _ in range(_STEPS):
         misses, slopes = _equations(task, control, near)
-        if np.abs(misses).max() <= _DONE:
+        if np.abs(misses).max() <= done:
             break
         change = np.linalg.lstsq(slopes[:, 1:], -misses, rcond=1e-9)[0]
         change *= min(1.0, 0.05 / max(1e-300, float(np.abs(change).max())))
@@ -183,16 +203,21 @@ def _cruise(task: Task, control: Control) -> tuple[np.ndarray, np.ndarray]:
 
 def keeps(task: Task, control: Control) -> bool:
     """Whether the control is at rest at the distance 1 at its end, keeps its limits and leaves no more vibration than tolerated."""
-    end = control.times[-1:]
-    if any(abs(float(control.state(k, end)[0]) - (k == 0)) > LIMITS_KEPT for k in range(task.order)):
+    end, rounding = control.times[-1:], _rounding(task)
+    if any(abs(float(control.state(k, end)[0]) - (k == 0)) > rounding for k in range(task.order)):
         return False
-    if np.abs(control.values).max() > task.largest_control * (1.0 + LIMITS_KEPT):
+    if np.abs(control.values).max() > task.largest_control * (1.0 + rounding):
         return False
     instants = np.concatenate((control.times, control.turns()))
-    if any(np.abs(control.state(k, instants)).max() > task.limits[k - 1] * (1.0 + LIMITS_KEPT) for k in task.limited()):
+    if any(np.abs(control.state(k, instants)).max() > task.limits[k - 1] * (1.0 + rounding) for k in task.limited()):
         return False
     for band in task.bands:
         worst = abs(control.residual(band.low, band.damping_ratio)) if band.tolerance == 0.0 else control.peaks(band)[1].max()
-        if worst > max(band.tolerance, 1e-11):
+        if worst > max(band.tolerance, 1e-11, rounding):
             return False
     return True
+
+
+def _rounding(task: Task) -> float:
+    """What limits, rest and distance are kept to."""
+    return max(_LIMITS_KEPT, _ROUNDING * task.largest_control)

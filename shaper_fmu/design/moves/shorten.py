@@ -13,7 +13,9 @@ from scipy.optimize import linprog
 from shaper_fmu.design.moves.control import Control
 from shaper_fmu.design.moves.task import Task
 
-_PENALTY = 50.0
+_PENALTIES = (50.0, 2000.0)
+"""Weights of the largest violation: the second where the first leaves one, since the duration depends so much on it."""
+_HOLDS = 1e-6
 _FIRST_RADIUS = 0.01
 _LEAST_RADIUS = 1e-8
 _STEPS = 60
@@ -26,17 +28,26 @@ Conditions = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 def shorten(task: Task, control: Control) -> Control:
     """A control near this one that is as short as the conditions permit; they hold nearly, Newton's method makes them exact."""
+    found = control
+    for penalty in _PENALTIES:
+        found = _shortened(task, control, penalty)
+        if _violation(conditions(task, found)) <= _HOLDS:
+            break
+    return found
+
+
+def _shortened(task: Task, control: Control, penalty: float) -> Control:
     radius = _FIRST_RADIUS
     found = conditions(task, control)
     for _ in range(_STEPS):
-        change, promised = _step(control, found, radius)
-        merit = control.duration + _PENALTY * _violation(found)
+        change, promised = _step(control, found, radius, penalty)
+        merit = control.duration + penalty * _violation(found)
         predicted = merit - promised
         if predicted <= 1e-10 or radius < _LEAST_RADIUS:
             break
         candidate = Control(np.concatenate(([0.0], np.cumsum(np.diff(control.times) + change))), control.values, control.order)
         new = conditions(task, candidate)
-        gain = (merit - candidate.duration - _PENALTY * _violation(new)) / predicted
+        gain = (merit - candidate.duration - penalty * _violation(new)) / predicted
         if gain > 0.0:
             control, found = candidate, new
         radius = min(0.1, 2.0 * radius) if gain > 0.75 else radius if gain > 0.25 else 0.25 * radius
@@ -48,7 +59,7 @@ def _violation(found: Conditions) -> float:
     return float(np.where(exact, np.abs(values), np.maximum(values, 0.0)).max())
 
 
-def _step(control: Control, found: Conditions, radius: float) -> tuple[np.ndarray, float]:
+def _step(control: Control, found: Conditions, radius: float, penalty: float) -> tuple[np.ndarray, float]:
     """The best changes of the durations within the trust region, and the merit that they promise."""
     values, exact, by_time = found
     slopes = np.cumsum(by_time[:, :0:-1], axis=1)[:, ::-1]  # with a duration all later times change
@@ -56,7 +67,7 @@ def _step(control: Control, found: Conditions, radius: float) -> tuple[np.ndarra
     matrix = np.hstack((matrix, np.full((len(matrix), 1), -1.0)))
     widths = np.diff(control.times)
     bounds = [*zip(np.maximum(-widths, -radius), np.full(len(widths), radius), strict=True), (0.0, None)]
-    cost = np.append(np.ones(len(widths)), _PENALTY)
+    cost = np.append(np.ones(len(widths)), penalty)
     result = linprog(cost, matrix, np.concatenate((-values, values[exact])), bounds=bounds, method="highs")
     if result.x is None:
         return np.zeros(len(widths)), np.inf
