@@ -25,7 +25,7 @@ _FMI3 = {
     "Int16": ("Int16", of.I2), "UInt16": ("UInt16", of.U2), "Int32": ("Int32", of.I4), "UInt32": ("UInt32", of.U4),
     "Int64": ("Int64", of.I8), "UInt64": ("UInt64", of.U8), "Enumeration": ("Int64", of.I8), "Boolean": ("Boolean", of.BOOLEAN3),
 }  # fmt: skip
-TYPES: dict[int, dict[str, tuple[str, int]]] = {1: _FMI1, 2: _FMI2, 3: _FMI3}
+TYPES: Mapping[int, Mapping[str, tuple[str, int]]] = {1: _FMI1, 2: _FMI2, 3: _FMI3}
 """By version of FMI and type of a variable: how the functions that move it end, and the type of its values in memory."""
 
 Operation = tuple[int, int]
