@@ -27,6 +27,11 @@ NAMES = {
         "custom_amplitude custom_delay",
         "calculatedParameter": "duration impulses insensitivity",
     },
+    "HoistingShaper": {
+        "input": "command rope_length",
+        "output": "shaped shaped_mean pending next_event_time settled",
+        "parameter": "shaper damping_ratio damping_rope_length gravity remainder_tolerance initial_command",
+    },
     "MotionProfile": {
         "output": "position velocity acceleration moving next_event_time",
         "parameter": "profile distance duration start_time natural_frequency damping_ratio max_velocity max_acceleration",
@@ -78,6 +83,7 @@ def test_the_public_names_are_there(name):
             "none=1 zv=2 zvd=3 zvdd=4 zvddd=5 mzv=6 ei=7 two_hump_ei=8 three_hump_ei=9 um_zv=10 um_zvd=11 sna_zv=12 custom=13 "
             "um_ei=14 miszv=15",
         ),
+        ("HoistingShaper", "shaper", "zv=1 zvd=2"),
         ("MotionProfile", "profile", "step=1 trapezoid=2 cycloid=3 polynomial_345=4 cycloid_versine_ramp=5 two_part=6 s_curve=7"),
         ("PulseTrain", "design", "carrier=1 carrier_polished=2 minimax=3 um_zv=4 um_zvd=5 zv_carrier=6"),
     ],
