@@ -1,8 +1,9 @@
 /* A system of FMUs as one FMU: the master's loop over instances of FMUs that are in the container's resources.
 
-   file.c reads the system; libraries.c finds and loads the FMUs' libraries; inner.c makes, initializes and frees their instances;
-   life.c is the container's life from its instantiation to its end, stepping.c its steps and events; values.c moves outer variables;
-   states.c saves and restores everything; messages.c says what has happened. fmi2.c and fmi3.c are the two faces of it. */
+   file.c, outer.c and reader.c read the system; libraries.c finds and loads the FMUs' libraries; inner.c makes and initializes
+   instances; life.c is the container's life from its instantiation to its end, stepping.c its steps and events; values.c moves outer
+   variables, whose numbers are in numbers.c; states.c saves and restores everything; messages.c says what has happened. fmi2.c and
+   fmi3.c are the two faces of it. */
 
 #ifndef CONTAINER_H
 #define CONTAINER_H

@@ -1,141 +1,11 @@
 /* Values of outer variables: inputs and outputs on the loop's bus, and what calls of the FMUs inside set and read. */
 
-#include "container.h"
+#include "numbers.h"
 
 #include "fmi.h"
 
-#include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
-
-static int is_real(int type) { return type == TYPE_F8 || type == TYPE_F4; }
-static int is_boolean(int type) { return type == TYPE_BOOLEAN2 || type == TYPE_BOOLEAN3; }
-
-/* How many bytes a value has in the host's arrays, and in those of the FMUs inside. */
-static size_t size_of(int type) {
-    switch (type) {
-    case TYPE_F8: case TYPE_I8: case TYPE_U8: return 8;
-    case TYPE_I2: case TYPE_U2: return 2;
-    case TYPE_I1: case TYPE_U1: case TYPE_BOOLEAN3: return 1;
-    case TYPE_STRING: case TYPE_BINARY: return sizeof(char *);
-    default: return 4;
-    }
-}
-
-/* A number of any type: exact, whatever its size. `sign`: whether it is in `whole`, or, without a sign, in `natural`. */
-typedef struct {
-    enum { A_REAL, A_WHOLE, A_NATURAL } kind;
-    double real;
-    int64_t whole;
-    uint64_t natural;
-} Number;
-
-#define WHOLE(TYPE) do { TYPE found; memcpy(&found, at, sizeof found); number.kind = A_WHOLE; number.whole = (int64_t)found; } while (0)
-#define NATURAL(TYPE) do { TYPE found; memcpy(&found, at, sizeof found); number.kind = A_NATURAL; number.natural = (uint64_t)found; } while (0)
-
-static Number number_at(int type, const unsigned char *at) {
-    Number number = {A_REAL, 0.0, 0, 0};
-    float single;
-    switch (type) {
-    case TYPE_F8: memcpy(&number.real, at, 8); break;
-    case TYPE_F4:
-        memcpy(&single, at, 4);
-        number.real = (double)single;
-        break;
-    case TYPE_I1: WHOLE(int8_t); break;
-    case TYPE_I2: WHOLE(int16_t); break;
-    case TYPE_I4: WHOLE(int32_t); break;
-    case TYPE_I8: WHOLE(int64_t); break;
-    case TYPE_U1: NATURAL(uint8_t); break;
-    case TYPE_U2: NATURAL(uint16_t); break;
-    case TYPE_U4: NATURAL(uint32_t); break;
-    case TYPE_U8: NATURAL(uint64_t); break;
-    case TYPE_BOOLEAN3:
-        NATURAL(uint8_t);
-        number.natural = number.natural != 0;
-        break;
-    default:
-        WHOLE(int32_t);
-        number.whole = number.whole != 0;
-    }
-    return number;
-}
-
-static double as_real(Number number) {
-    return number.kind == A_REAL ? number.real : number.kind == A_WHOLE ? (double)number.whole : (double)number.natural;
-}
-
-/* A real number that is whole as one; 0 in *fits if it is none. */
-static Number rounded(double value, int *fits) {
-    Number number = {A_WHOLE, 0.0, 0, 0};
-    const double whole = floor(value + 0.5);
-    *fits = whole >= -0x1p63 && whole < 0x1p64;
-    if (*fits && whole >= 0x1p63) {
-        number.kind = A_NATURAL;
-        number.natural = (uint64_t)whole;
-    } else if (*fits)
-        number.whole = (int64_t)whole;
-    return number;
-}
-
-static int fits_between(Number number, int64_t least, uint64_t most) {
-    if (number.kind == A_WHOLE && number.whole < 0) return number.whole >= least;
-    return (number.kind == A_WHOLE ? (uint64_t)number.whole : number.natural) <= most;
-}
-
-#define PUT(TYPE) do { const TYPE put = (TYPE)bits; memcpy(at, &put, sizeof put); } while (0)
-
-/* Write a number in a type; 0 if it does not fit. */
-static int put_number(int type, unsigned char *at, Number number) {
-    int fits = 1;
-    if (is_real(type)) {
-        const double real = as_real(number);
-        if (type == TYPE_F8) {
-            memcpy(at, &real, 8);
-            return 1;
-        }
-        if (isfinite(real) && fabs(real) > FLT_MAX) return 0;
-        const float single = (float)real;
-        memcpy(at, &single, 4);
-        return 1;
-    }
-    if (number.kind == A_REAL) number = rounded(number.real, &fits);
-    if (!fits) return 0;
-    const uint64_t bits = number.kind == A_WHOLE ? (uint64_t)number.whole : number.natural;
-    switch (type) {
-    case TYPE_I1: fits = fits_between(number, INT8_MIN, INT8_MAX); PUT(int8_t); break;
-    case TYPE_I2: fits = fits_between(number, INT16_MIN, INT16_MAX); PUT(int16_t); break;
-    case TYPE_I4: fits = fits_between(number, INT32_MIN, INT32_MAX); PUT(int32_t); break;
-    case TYPE_I8: fits = fits_between(number, INT64_MIN, INT64_MAX); PUT(int64_t); break;
-    case TYPE_U1: fits = fits_between(number, 0, UINT8_MAX); PUT(uint8_t); break;
-    case TYPE_U2: fits = fits_between(number, 0, UINT16_MAX); PUT(uint16_t); break;
-    case TYPE_U4: fits = fits_between(number, 0, UINT32_MAX); PUT(uint32_t); break;
-    case TYPE_U8: fits = fits_between(number, 0, UINT64_MAX); PUT(uint64_t); break;
-    case TYPE_BOOLEAN3: {
-        const uint8_t truth = bits != 0;
-        memcpy(at, &truth, 1);
-        break;
-    }
-    default: {
-        const int32_t truth = bits != 0;
-        memcpy(at, &truth, 4);
-    }
-    }
-    return fits;
-}
-
-/* What a number becomes on the way between outside and inside. */
-static Number converted(const Target *target, Number number) {
-    for (size_t i = 0; i < target->mapped; i++)
-        if (target->mapping[2 * i] == as_real(number)) {
-            const Number found = {A_REAL, target->mapping[2 * i + 1], 0, 0};
-            return found;
-        }
-    if (target->gain == 1.0 && target->offset == 0.0) return number;
-    const Number scaled = {A_REAL, target->gain * as_real(number) + target->offset, 0, 0};
-    return scaled;
-}
 
 /* Whether a host's function moves variables of this type: fmi2Integer moves enumerations, too, as fmi3Int64 does. */
 static int moves(int fmi, int type, int of_variable) {
@@ -262,7 +132,7 @@ static void put(Container *container, const Variable *variable, const Slot *slot
             continue;
         }
         Whole *const whole = &container->whole[target->place];
-        unsigned char *const at = (unsigned char *)whole->values + (size_t)target->element * size_of(whole->type);
+        unsigned char *const at = (unsigned char *)whole->values + (size_t)target->element * value_size(whole->type);
         put_number(whole->type, at, converted(target, number_at(type, value)));
         whole->waiting = 1;
     }
@@ -336,8 +206,8 @@ static int can_set(Container *container, const char *function, int type, const u
         if (!may_be_set(container, function, variable)) return 0;
         if (type >= TYPE_STRING && !can_pass_in(container, function, variable, at, sizes)) return 0;
         for (size_t k = 0; type < TYPE_STRING && k < variable->slots; k++)
-            if (!can_put(container, function, variable, &variable->slot[k], type, at + k * size_of(type))) return 0;
-        at += variable->slots * size_of(type);
+            if (!can_put(container, function, variable, &variable->slot[k], type, at + k * value_size(type))) return 0;
+        at += variable->slots * value_size(type);
         if (sizes) sizes += variable->slots;
     }
     return 1;
@@ -355,9 +225,9 @@ Status set_variables(Container *container, const char *function, int fmi, int ty
         if (type >= TYPE_STRING)
             status = pass_in(container, variable, at, sizes);
         else
-            for (size_t k = 0; k < variable->slots; k++) put(container, variable, &variable->slot[k], type, at + k * size_of(type));
+            for (size_t k = 0; k < variable->slots; k++) put(container, variable, &variable->slot[k], type, at + k * value_size(type));
         if (type < TYPE_STRING && !variable->on_bus) status = flush(container, variable);
-        at += variable->slots * size_of(type);
+        at += variable->slots * value_size(type);
         if (sizes) sizes += variable->slots;
         if (status > worst) worst = status;
     }
@@ -377,10 +247,10 @@ static Status get(Container *container, const char *function, const Variable *va
             const Status status = target->place == last || whole->waiting ? OK : read_whole(container, whole);
             if (status > WARNING) return status;
             last = target->place;
-            number = number_at(whole->type, (unsigned char *)whole->values + (size_t)target->element * size_of(whole->type));
+            number = number_at(whole->type, (unsigned char *)whole->values + (size_t)target->element * value_size(whole->type));
         }
         if (variable->settable != AN_INPUT || !variable->on_bus) number = converted(target, number);
-        if (!put_number(type, values + k * size_of(type), number))
+        if (!put_number(type, values + k * value_size(type), number))
             return complain(container, ERROR, "%s: %s: the value of %s does not fit into its type", container->name, function, variable->name);
     }
     return OK;
@@ -399,7 +269,7 @@ Status get_variables(Container *container, const char *function, int fmi, int ty
         }
         const Variable *const variable = &container->variable[references[i]];
         const Status status = type >= TYPE_STRING ? pass_out(container, variable, at, sizes) : get(container, function, variable, type, at);
-        at += variable->slots * size_of(type);
+        at += variable->slots * value_size(type);
         if (sizes) sizes += variable->slots;
         if (status > worst) worst = status;
     }
