@@ -20,7 +20,10 @@ from shaper_fmu.master.loop_library import LOOP
 _RUNTIME = Path(__file__).parent / "runtime"
 _SHIPPED = Path(__file__).parent.parent / "shipped" / "container"
 _MANIFEST = "sources.txt"
-_COMMON = ("reader.c", "file.c", "outer.c", "numbers.c", "libraries.c", "messages.c", "inner.c", "life.c", "stepping.c", "slopes.c", "values.c", "states.c")
+_COMMON = (
+    "reader.c", "file.c", "outer.c", "numbers.c", "libraries.c", "messages.c", "inner.c", "life.c", "stepping.c", "slopes.c",
+    "values.c", "states.c",
+)  # fmt: skip
 _FACES = {2: ("fmi2.c",), 3: ("fmi3.c", "fmi3_absent.c")}
 
 
