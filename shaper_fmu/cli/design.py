@@ -195,7 +195,7 @@ def design(
             show(block)
     if move is not None and segments is not None:
         write_segments(segments, move)
-    elif len(wanted.frequencies) > 1 and move is None:
+    if len(wanted.frequencies) > 1:
         out.print(f"The figures of merit are for the first mode, {wanted.frequencies[0]:g} rad/s.")
     if plot:
         write_plot(plot, f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s", blocks)
@@ -204,6 +204,10 @@ def design(
 def _fastest(wanted: _Wanted, tolerance: float) -> FastestMove:
     if wanted.duration is not None:
         raise typer.BadParameter("the fastest move takes the time that it needs", param_hint="--duration")
+    if wanted.damping is not None:
+        raise typer.BadParameter("the fastest move is for one damping ratio of each mode", param_hint="--damping-range")
+    if (wanted.low is None) != (wanted.high is None):
+        raise typer.BadParameter("give both ends of the band", param_hint="--low" if wanted.low is None else "--high")
     limits = {"max_velocity": wanted.max_velocity, "max_acceleration": wanted.max_acceleration, "max_jerk": wanted.max_jerk}
     band = wanted.low, wanted.high
     if not wanted.frequencies and None in band:

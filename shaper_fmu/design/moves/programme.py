@@ -144,13 +144,13 @@ class _Cells:
         equal = sparse.csr_matrix(sparse.vstack(self.equal))
         result: Any = None
         for method, options in _ATTEMPTS:
-            zeros = np.zeros(self.rows_of_equations())
+            zeros = np.zeros(self._equations())
             result = linprog(cost, *most, equal, zeros, self._bounds(), method=method, options=options)
             if result.x is not None:
                 return result
         raise NoSolutionError(f"the linear programme of the move was not solved: {result.message}")
 
-    def rows_of_equations(self) -> int:
+    def _equations(self) -> int:
         """How many equations there are."""
         return sum(int(part.shape[0]) for part in self.equal if part.shape is not None)
 
