@@ -35,7 +35,7 @@ def foreign_states(folder: Path, fmi: int) -> list[int]:
     return found
 
 
-@pytest.mark.representatives(kind=["shaped2", "mixed", "lag3", "faulty3"])
+@pytest.mark.representatives(kind=["mixed", "faulty3"])
 @every_kind
 @both_versions
 def test_random_calls_are_done_or_refused_as_the_standard_says(kind, fmi, folder):

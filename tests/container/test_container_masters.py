@@ -23,6 +23,7 @@ RESIDUALS = {"zv": 0.0, "zvd": 0.0, "ei": 0.05}
 """Of the undamped mode itself: Singer and Seering 1990; Singhose 1994, at V = 5 %."""
 
 
+@pytest.mark.representatives(step=[0.05])
 @pytest.mark.parametrize(("master", "fmi", "events"), MASTERS)
 @pytest.mark.parametrize("step", [0.001, 0.007, 0.05])
 def test_shapers_leave_what_the_formula_says(master, fmi, events, step, tmp_path):

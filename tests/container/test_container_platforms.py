@@ -28,6 +28,7 @@ from shaper_fmu.container.interface import outer_variables
 from shaper_fmu.export.native.toolchain import PLATFORMS
 from shaper_fmu.master.system import System
 
+pytestmark = pytest.mark.thorough  # seven libraries are compiled
 STEPS = 100
 
 

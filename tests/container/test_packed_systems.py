@@ -39,6 +39,7 @@ def response(t: float, amplitudes: list[float]) -> float:
     return sum(a / STIFFNESS * (1.0 - math.cos(FREQUENCY * since)) for a, since in moved if since > 0.0)
 
 
+@pytest.mark.representatives(step=[0.007, 0.05])
 @pytest.mark.parametrize("shaper", SHAPERS)
 @pytest.mark.parametrize("step", [0.001, 0.007, 0.05])
 @pytest.mark.parametrize("versions", VERSIONS, ids=str)
@@ -102,6 +103,7 @@ def archives(tmp_path_factory) -> Path:
 NAMES = sorted(path.name for path in (ROOT / "ssp").iterdir() if path.is_dir())
 
 
+@pytest.mark.representatives(name=["partial_modes_three_mass", "two_part_pendulum", "nested_crane"])
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_the_systems_of_ssp_give_what_run_gives(name, fmi, archives, tmp_path):
