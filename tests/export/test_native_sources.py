@@ -110,6 +110,7 @@ def test_the_description_lists_what_is_compiled_and_fmpy_has_no_findings(name, f
         for configuration in built.getroot():
             assert configuration.get("modelIdentifier") == name
             assert [file.get("name") for file in configuration.iter("SourceFile")] == COMPILED
+            assert {one.get("compiler") for one in configuration.iter("SourceFileSet")} == {"gcc"}  # whose options they are
             assert all("-ffp-contract=off" in str(one.get("compilerOptions")) for one in configuration.iter("SourceFileSet"))
     assert validate_fmu(str(native_fmu(name, fmi))) == []
 

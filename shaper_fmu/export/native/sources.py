@@ -100,7 +100,7 @@ def _build_description(name: str) -> bytes:
         told = {"platform": platform} if platform else {"description": "C99 of the standard library alone"}
         configuration = etree.SubElement(root, "BuildConfiguration", {"modelIdentifier": name, **told})
         options = f"{OPTIONS} -msse2 -mfpmath=sse" if platform == "x86-linux" else OPTIONS
-        sources = etree.SubElement(configuration, "SourceFileSet", language="C99", compilerOptions=options)
+        sources = etree.SubElement(configuration, "SourceFileSet", language="C99", compiler="gcc", compilerOptions=options)
         for file in COMPILED_SOURCES:
             etree.SubElement(sources, "SourceFile", name=file)
         if platform:
