@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from shaper_fmu.cli.arguments import input_file, output_file, pairs, wrong_usage
+from shaper_fmu.cli.arguments import damping_ratio, finite, input_file, output_file, pairs, positive, wrong_usage
 from shaper_fmu.cli.pack import Fmi, check_platforms, print_packed
 from shaper_fmu.console import err, out
 
@@ -55,26 +55,29 @@ def wrap(
         shaper-fmu wrap crane.fmu --input trolley_acceleration --shaper zvd --set natural_frequency=1.4
         shaper-fmu wrap crane.fmu --tuned crane_tuned/tuning.json
     """
-    from shaper_fmu.container.wrap import other_starts, wrapped_system
+    from shaper_fmu.container.wrap import check_inputs, other_starts, wrapped_system
     from shaper_fmu.container.wrap import wrap as write
     from shaper_fmu.master.fmu import load_fmu
     from shaper_fmu.tune.tuned_shaper import read_tuned_shaper
 
     target: Path = output_file(".fmu")(output or Path(f"{plant.stem}_shaped.fmu"))
+    if target.exists() and target.samefile(plant):
+        raise typer.BadParameter(f"{plant} is the plant itself: give the wrapped one another name", param_hint="--output")
     check_platforms(platforms)
     found = read_tuned_shaper(tuned) if tuned is not None else None
     names = inputs or ([found.input] if found is not None and found.input else [])
-    if not names:
-        raise typer.BadParameter("name the input that is shaped", param_hint="--input")
     values = _values(shaper, pairs(settings, "--set", "natural_frequency=4.6"), found)
     fmu = load_fmu(plant)
+    with wrong_usage("--input"):
+        check_inputs(fmu, names)
     if found is not None:
         other = [] if Path(found.source).stem == plant.stem else [f"the tuning is of {found.source}"]
         for note in (*other, *other_starts(fmu, found.settings)):
             err.print(f"note: {note}")
     version = int(fmi) if fmi is not None else max(2, fmu.version)
-    with wrong_usage("--input, --shaper or --set"):
+    with wrong_usage("--shaper or --set"):
         system = wrapped_system(fmu, names, values, version)
+    _check_frequency(values)
     packed = write(
         fmu, names, target, values, fmi=version, description=_description(plant, names, found),
         platforms=platforms or (), progress=lambda what: err.print(f"{what} ..."),
@@ -91,15 +94,33 @@ def _values(shaper: str | None, given: dict[str, str], found: TunedShaper | None
     if shaper is not None:
         values["shaper"] = shaper
     for name, text in given.items():
+        _check_numbers(name, text)
         values[name] = text.split(",") if "," in text or name in ("natural_frequency", "damping_ratio") else text
     frequencies = values.get("natural_frequency")
     if isinstance(frequencies, list) and len(frequencies) > 1:
         values.setdefault("modes", len(frequencies))
+    return values
+
+
+def _check_numbers(name: str, text: str) -> None:
+    """Raise BadParameter for numbers with which the shaper would refuse to start where the FMU is used."""
+    check = {"natural_frequency": positive, "damping_ratio": damping_ratio}.get(name.partition("[")[0])
+    for part in text.split(","):
+        try:
+            if check is not None:
+                check(part)
+            elif part.strip().lower().lstrip("+-") in ("nan", "inf", "infinity"):
+                finite(part)
+        except typer.BadParameter as error:
+            raise typer.BadParameter(f"{name}: {error.message}", param_hint="--set") from None
+
+
+def _check_frequency(values: dict[str, Any]) -> None:
+    """Raise BadParameter if the shaper is one for a mode, and no frequency is given. After the names have been checked."""
     known = any(name.partition("[")[0] == "natural_frequency" for name in values)
     if not known and values["shaper"] not in _WITHOUT_FREQUENCY:
         message = f"the shaper {values['shaper']} needs --set natural_frequency=... [rad/s], or --tuned"
         raise typer.BadParameter(message, param_hint="--set")
-    return values
 
 
 def _description(plant: Path, names: list[str], found: TunedShaper | None) -> str:

@@ -161,7 +161,7 @@ def _platforms(system: SystemStructure, wanted: Sequence[str]) -> tuple[list[Pla
     """The platforms to build for, and those that only some of the FMUs have. Raises ModelError for one that an FMU lacks."""
     common = common_platforms(system)
     if wanted:
-        names = [platform_named(name).name for name in wanted]
+        names = list(dict.fromkeys(platform_named(name).name for name in wanted))
         lacking = [name for name in names if name not in common]
         if lacking:
             raise ModelError([f"not every FMU has a library for {lacking[0]}; all have those for {', '.join(common)}"])

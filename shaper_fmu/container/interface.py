@@ -47,8 +47,15 @@ def outer_variables(
     only those of which some elements are fed inside. Clocks are never shown, binary variables not in FMI 2.0 (see `not_shown`).
     Raises ModelError with all problems.
     """
+    check_version(fmi)
     found = [*_all(system, fmi, "input"), *_all(system, fmi, "output")]
     return finished([*found, *exposed(system, fmi, expose, found)], fmi, rename or {})
+
+
+def check_version(fmi: int) -> None:
+    """Raise ModelError unless a container can be of this version of FMI."""
+    if fmi not in (2, 3):
+        raise ModelError([f"fmi = {fmi!r} is not a version of FMI that a container can have: give 2 or 3"])
 
 
 def not_shown(system: SystemStructure, fmi: int) -> list[str]:
@@ -172,7 +179,7 @@ def exposed(system: SystemStructure, fmi: int, names: Iterable[str], known: Sequ
     seen = {target.port for variable in known for element in variable.elements for target in element}
     found: list[OuterVariable] = []
     problems: list[str] = []
-    for name in names:
+    for name in [names] if isinstance(names, str) else names:  # one name alone is no list of letters
         try:
             for instance, variable in _named(system, name):
                 for outer in shown(system, instance, variable, fmi):
@@ -223,7 +230,8 @@ def finished(found: Iterable[OuterVariable], fmi: int, rename: Mapping[str, str]
     """The variables with their own names and their references. Raises ModelError for names that are wrong, or there twice."""
     variables = list(found)
     known = {variable.name for variable in variables}
-    problems = [f"{old}: there is no such variable to rename.{nearest(old, known)}" for old in rename if old not in known]
+    hidden = "Parameters and local variables have to be exposed, too."
+    problems = [f"{old}: there is no such variable to rename.{nearest(old, known)} {hidden}" for old in rename if old not in known]
     named = [replace(variable, name=rename.get(variable.name, variable.name)) for variable in variables]
     owners: dict[str, str] = {}
     for variable in named:

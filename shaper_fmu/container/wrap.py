@@ -10,6 +10,7 @@ from typing import Any
 from shaper_fmu.container.build import Packed, pack
 from shaper_fmu.container.head import Experiment
 from shaper_fmu.container.inner import inner_starts, zero
+from shaper_fmu.container.interface import check_version
 from shaper_fmu.container.platforms import platforms_of
 from shaper_fmu.container.wrapping import not_wrapped, time_of, wrapped_variables
 from shaper_fmu.errors import ModelError, nearest
@@ -68,7 +69,8 @@ def other_starts(fmu: Fmu, settings: Mapping[str, Any]) -> Iterator[str]:
 
 def wrapped_system(fmu: Fmu, inputs: Sequence[str], shaper: Mapping[str, Any], fmi: int) -> SystemStructure:
     """The plant behind a shaper for each of these inputs. Raises ModelError for names and values that do not fit."""
-    _check_inputs(fmu, inputs)
+    check_version(fmi)
+    check_inputs(fmu, inputs)
     system = SystemStructure(Path(fmu.name).stem)
     system.add(PLANT, fmu)
     source = load_fmu(_shaper_path(fmu, fmi))
@@ -80,12 +82,15 @@ def wrapped_system(fmu: Fmu, inputs: Sequence[str], shaper: Mapping[str, Any], f
     return system
 
 
-def _check_inputs(fmu: Fmu, inputs: Sequence[str]) -> None:
+def check_inputs(fmu: Fmu, inputs: Sequence[str]) -> None:
+    """Raise ModelError unless these are inputs of real numbers, at least one and none twice."""
     known = [name for name, v in fmu.variables.items() if v.causality == "input" and kind_of(v) == "real"]
     problems = [f"{fmu.name} has no input {name!r} of real numbers.{nearest(name, known)}" for name in inputs if name not in known]
     problems += [f"input {name} is named twice" for name in sorted({name for name in inputs if list(inputs).count(name) > 1})]
-    if not inputs:
-        problems.append("name an input to be shaped")
+    if not known:
+        problems = [f"{fmu.name} has no input of real numbers, so there is nothing to shape"]
+    elif not inputs:
+        problems.append(f"name the input that is shaped.{nearest('', known)}")
     if problems:
         raise ModelError(problems)
 

@@ -14,7 +14,7 @@ from fmpy.model_description import Unit as FmiUnit
 from shaper_fmu.container.build import Packed, pack
 from shaper_fmu.container.head import Experiment
 from shaper_fmu.container.inner import inner_starts, outer_initial, outer_type, outer_variability, shape_by_names, zero
-from shaper_fmu.container.interface import exposed, finished, outer_variables
+from shaper_fmu.container.interface import check_version, exposed, finished, outer_variables
 from shaper_fmu.container.outside import OuterVariable, Target, Value
 from shaper_fmu.errors import ModelError
 from shaper_fmu.master.algorithms import Algorithm
@@ -58,6 +58,7 @@ def connector_variables(
     without connectors of its own shows all free inputs and all outputs (see `outer_variables`, also for `expose` and `rename`).
     Raises ModelError with all problems.
     """
+    check_version(fmi)
     found: list[OuterVariable] = []
     problems: list[str] = []
     for way in _ways(loaded, fmi):

@@ -96,6 +96,7 @@ def test_more_variables_and_other_names(fmus, tmp_path):
     [
         (["--expose", "plant.mas"], "Did you mean 'mass'?"),
         (["--rename", "plant.y=x"], "plant.y: there is no such variable to rename"),
+        (["--rename", "plant.mass=m"], "Parameters and local variables have to be exposed, too."),
         (["--rename", "plant.position"], "is not of the form plant.position=x"),
         (["--set", "plant.mas=1"], "Did you mean 'mass'?"),
         (["--platform", "x86-linux"], "there is no platform 'x86-linux'"),
@@ -135,6 +136,24 @@ def test_to_fmu_refuses_what_a_container_cannot_have(fmus, tmp_path):
     with pytest.raises(ModelError, match=r"shaper\.command is driven by a function of Python"):
         found.to_fmu(tmp_path / "x.fmu")
     assert not (tmp_path / "x.fmu").exists()
+
+
+@pytest.mark.parametrize("version", ["3", "2.0", 4])
+def test_another_version_of_fmi_is_told(fmus, tmp_path, version):
+    path = push(tmp_path, fmus)
+    for found in (shaped(fmus), load_ssp(path)):
+        with pytest.raises(ModelError, match="is not a version of FMI that a container can have: give 2 or 3"):
+            found.to_fmu(tmp_path / "x.fmu", version)
+    assert not (tmp_path / "x.fmu").exists()
+
+
+def test_one_name_to_expose_and_a_platform_twice(fmus, tmp_path):
+    path = shaped(fmus).to_fmu(tmp_path / "x.fmu", expose="plant.mass")
+    assert "plant.mass" in [v.name for v in fmpy.read_model_description(path).modelVariables]
+    archived = shaped(fmus).to_ssp(tmp_path / "s.ssp")
+    done = typed("pack", archived, "--platform", "this", "--platform", "this", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("-linux ...") + done.stderr.count("-windows ...") + done.stderr.count("-darwin ...") == 1
 
 
 def test_a_connector_that_leads_nowhere_is_told(fmus, tmp_path):

@@ -16,7 +16,7 @@ from fmpy.validation import validate_fmu
 from shaper_fmu.container.wrap import wrap
 from shaper_fmu.errors import ModelError
 from shaper_fmu.export.build import build_fmu
-from shaper_fmu.registry import load_components
+from shaper_fmu.registry import find_component, load_components
 
 W = 10.0  # of a mass of 1 kg on a spring of 100 N/m
 BOTH = pytest.mark.parametrize(("inner", "fmi"), [(2, 2), (2, 3), (3, 2), (3, 3)])
@@ -59,8 +59,6 @@ class Many(Component):
 @pytest.fixture(scope="module")
 def plants(tmp_path_factory) -> dict[tuple[str, int], Path]:
     """Spring and Many for both versions of FMI."""
-    from shaper_fmu.registry import find_component
-
     folder = tmp_path_factory.mktemp("plants")
     (folder / "many.py").write_text(MANY)
     parts = [*load_components(folder / "many.py"), find_component("MassSpringDamper")]
@@ -217,19 +215,47 @@ def test_a_tuning_without_a_shaper_is_refused(plants, tmp_path, changes, problem
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ([], "name the input that is shaped"),
+        ([], "name the input that is shaped. Known: force."),
+        (["--input", "forc"], "Did you mean 'force'?"),  # before what else is lacking
         (["--input", "forc", *TUNED], "Did you mean 'force'?"),
         (["--input", "force"], "the shaper zv needs --set natural_frequency=... [rad/s], or --tuned"),
         (["--input", "force", "--input", "force", *TUNED], "input force is named twice"),
         (["--input", "force", "--shaper", "zvx", *TUNED], "'zvx' is not a value of shaper"),
         (["--input", "force", "--set", "frequency=4", *TUNED], "has no input or parameter 'frequency'"),
-        (["--input", "force", "--set", "natural_frequency=fast"], "is not of type Real"),
+        (["--input", "force", "--shaper", "zvx"], "'zvx' is not a value of shaper"),
+        (["--input", "force", "--set", "frequency=4"], "has no input or parameter 'frequency'"),
+        (["--input", "force", "--set", "natural_frequency=fast"], "natural_frequency: 'fast' is not a number"),
+        (["--input", "force", "--set", "natural_frequency=0"], "natural_frequency: 0 is outside its domain"),
+        (["--input", "force", "--set", "natural_frequency[1]=-1"], "natural_frequency[1]: -1 is outside its domain"),
+        (["--input", "force", "--set", "natural_frequency=4,nan"], "natural_frequency: nan is outside its domain"),
+        (["--input", "force", *TUNED, "--set", "damping_ratio=2"], "damping_ratio: 2 is outside its domain: 0 <= zeta < 1"),
+        (["--input", "force", *TUNED, "--set", "initial_command=nan"], "initial_command: nan is outside its domain"),
+        (["--input", "force", *TUNED, "--platform", "linux64"], "no platform 'linux64'. Did you mean 'x86_64-linux'?"),
     ],
 )
 def test_wrong_usage_exits_with_2(plants, tmp_path, options, words):
     done = typed("wrap", plants["MassSpringDamper", 2], *options, cwd=tmp_path)
     assert done.returncode == 2, done.stderr
     assert words in " ".join(done.stderr.replace("│", " ").split())
+    assert not list(tmp_path.glob("*.fmu"))
+
+
+def test_the_plant_itself_is_not_overwritten(plants, tmp_path):
+    plant = tmp_path / "plant.fmu"
+    plant.write_bytes(plants["MassSpringDamper", 2].read_bytes())
+    done = typed("wrap", plant, "--input", "force", *TUNED, "--output", "./plant.fmu", cwd=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert "is the plant itself" in done.stderr
+    assert plant.read_bytes() == plants["MassSpringDamper", 2].read_bytes()
+
+
+def test_a_plant_without_a_real_input_is_told(tmp_path):
+    plant = build_fmu(find_component("PulseTrain"), tmp_path / "in", fmi=2, platforms=["this"])
+    for options in ([], ["--input", "force"]):
+        done = typed("wrap", plant, *options, cwd=tmp_path)
+        assert done.returncode == 2, done.stderr
+        words = "PulseTrain.fmu has no input of real numbers, so there is nothing to shape"
+        assert words in " ".join(done.stderr.replace("│", " ").split())
 
 
 def test_a_plant_that_cannot_be_in_a_container_is_refused(plants, tmp_path):

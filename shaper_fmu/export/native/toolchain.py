@@ -84,6 +84,9 @@ def platform_named(name: str) -> Platform:
         machine = {"amd64": "x86_64", "arm64": "aarch64", "i386": "i686", "x86": "i686"}.get(machine, machine)
         name = f"{machine}-{platform.system().lower()}"
     if name not in PLATFORMS:
+        for known in PLATFORMS.values():
+            if name.lower() in (known.fmi2_folder, known.fmi3_folder):  # as the folders in an FMU, and `info`, call it
+                raise BuildError(f"there is no platform {name!r}. Did you mean {known.name!r}?")
         raise BuildError(f"there is no platform {name!r}.{nearest(name, PLATFORMS)}")
     return PLATFORMS[name]
 
