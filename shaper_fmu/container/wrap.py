@@ -25,7 +25,7 @@ PLANT, SHAPER = "plant", "shaper"
 
 def wrap(
     plant: Fmu | Path | str,
-    inputs: Sequence[str],
+    inputs: Sequence[str] | str,
     path: Path | str,
     shaper: Mapping[str, Any],
     *,
@@ -38,6 +38,7 @@ def wrap(
     It has the plant's variables, under their names, and the shapers' parameters, for example "shaper.natural_frequency[1]". `fmi`
     is 2 or 3, by default the plant's own; the `options` are those of `pack`. Raises ModelError and BuildError.
     """
+    inputs = [inputs] if isinstance(inputs, str) else inputs  # one name alone is no list of letters
     fmu = plant if isinstance(plant, Fmu) else load_fmu(plant)
     version = fmi if fmi is not None else max(2, fmu.version)
     system = wrapped_system(fmu, inputs, shaper, version)

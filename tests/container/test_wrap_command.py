@@ -263,3 +263,18 @@ def test_a_plant_that_cannot_be_in_a_container_is_refused(plants, tmp_path):
 
     with pytest.raises(ModelError, match=r"is of FMI 1\.0, which a container cannot run"):
         wrap(spring_fmu(), ["force"], tmp_path / "w.fmu", {"shaper": "none"})
+
+
+def test_the_documents_lines_for_fmpy_run(plants, tmp_path, monkeypatch):
+    """And their number is that of ZVD in the FMU."""
+    wrap(plants["MassSpringDamper", 2], "force", tmp_path / "crane_shaped.fmu", {"shaper": "zv", "natural_frequency": [W]})
+    page = (Path(__file__).parents[2] / "docs" / "one_fmu.md").read_text()
+    code = page.partition("**fmpy**")[2].partition("```python")[2].partition("```")[0]
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    exec(code, names)
+    (shaper,) = [v for v in fmpy.read_model_description("crane_shaped.fmu").modelVariables if v.name == "shaper.shaper"]
+    assert shaper.declaredType is not None
+    named = {item.value: item.name for item in shaper.declaredType.items}
+    assert named[str(names["start"]["shaper.shaper"])] == "zvd"
+    assert names["result"]["time"][-1] == pytest.approx(20.0)
