@@ -164,7 +164,10 @@ def _platforms(system: SystemStructure, wanted: Sequence[str]) -> tuple[list[Pla
         names = list(dict.fromkeys(platform_named(name).name for name in wanted))
         lacking = [name for name in names if name not in common]
         if lacking:
-            raise ModelError([f"not every FMU has a library for {lacking[0]}; all have those for {', '.join(common)}"])
+            without = ", ".join(name for name, fmu in system.fmus.items() if lacking[0] not in platforms_of(fmu))
+            raise ModelError(
+                [f"not every FMU has a library for {lacking[0]} (none in {without}); all have those for {', '.join(common)}"]
+            )
         return [PLATFORMS[name] for name in names], ()
     some = {name for fmu in system.fmus.values() for name in platforms_of(fmu)}
     return [PLATFORMS[name] for name in common], tuple(sorted(some - set(common)))

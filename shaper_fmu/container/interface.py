@@ -200,6 +200,8 @@ def _named(system: SystemStructure, name: str) -> list[tuple[str, ModelVariable]
         return _matching(system, name)
     instance, variable = system.split(name)
     fmu = system.fmus[instance]
+    if not variable:
+        raise ModelError([f"{name} is an instance: name a variable of it, or {instance}.* for all"])
     wholes = {str(one.name): one for one in fmu.description.modelVariables}
     if fmu.elements_of(variable)[0] not in fmu.variables:
         raise ModelError([f"{name}: {fmu.name} has no variable {variable!r}.{nearest(variable, wholes)}"])

@@ -98,6 +98,7 @@ def test_names_are_changed(tmp_path):
         (3, {"expose": ["three.tick"]}, "three.tick is a clock, which no container shows"),
         (3, {"expose": ["two.time"]}, "two.time is the time, of which the container has its own"),
         (3, {"expose": ["two.mas"]}, "Did you mean 'mass'?"),
+        (3, {"expose": ["two"]}, "two is an instance: name a variable of it, or two.* for all"),
         (3, {"expose": ["tow.*"]}, "tow.*: no parameter, calculated parameter or local variable has such a name"),
         (3, {"expose": ["three.u[2]"]}, "three.u[2] is fed inside: expose its source, two.x"),
         (2, {"expose": ["three.huge"]}, "three.huge starts at 9000000000, which is no Integer of FMI 2.0"),

@@ -156,6 +156,12 @@ def test_one_name_to_expose_and_a_platform_twice(fmus, tmp_path):
     assert done.stderr.count("-linux ...") + done.stderr.count("-windows ...") + done.stderr.count("-darwin ...") == 1
 
 
+def test_the_fmus_without_a_platform_are_named(fmus, tmp_path):
+    with pytest.raises(ModelError, match=r"a library for i686-windows \(none in shaper, plant\); all have those for x86_64-"):
+        shaped(fmus).to_fmu(tmp_path / "x.fmu", platforms=["i686-windows"])
+    assert not (tmp_path / "x.fmu").exists()
+
+
 def test_a_connector_that_leads_nowhere_is_told(fmus, tmp_path):
     root = system(
         connectors("push input N", "unused input N"), component("plant", "MassSpringDamper"), connection("push", "plant.force")
