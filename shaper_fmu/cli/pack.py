@@ -19,6 +19,7 @@ from shaper_fmu.page.blocks import Table
 if TYPE_CHECKING:
     from shaper_fmu.container.build import Packed
     from shaper_fmu.master.structure import SystemStructure
+    from shaper_fmu.master.system import System
 
 
 class Fmi(StrEnum):
@@ -74,6 +75,7 @@ def pack(
         shaper-fmu pack crane.ssp
         shaper-fmu pack crane.ssp --fmi 3 --expose "crane.*" --rename crane.swing_angle=swing
     """
+    from shaper_fmu.export.native.toolchain import platform_named
     from shaper_fmu.ssp.archive import load_ssp
     from shaper_fmu.ssp.packing import connector_variables, connectors_not_shown, pack_ssp_system
     from shaper_fmu.ssp.parameter_sets import apply_parameter_set
@@ -99,6 +101,19 @@ def pack(
         exact=False if grid else None, platforms=platforms or (), progress=lambda what: err.print(f"{what} ..."),
     )  # fmt: skip
     print_packed(packed, loaded.system, version)
+    if platform_named("this").name in packed.platforms:
+        _try_to_start(loaded.system)
+
+
+def _try_to_start(system: System) -> None:
+    """Initialize the system in a process of its own. Raises Exit if that fails: start values are judged by the FMUs alone."""
+    from shaper_fmu.errors import SimulationError
+
+    try:
+        system.simulate(0.0, 1e-3, isolate=True, record=[], time_limit=60.0)
+    except SimulationError as error:
+        out.print(f"not started: the FMU is written, but its system does not start here with these values: {error}")
+        raise typer.Exit(1) from None
 
 
 def check_platforms(names: list[str] | None) -> None:

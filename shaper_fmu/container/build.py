@@ -26,7 +26,7 @@ from shaper_fmu.export.packing import content_guid, licences
 from shaper_fmu.master import layout as of
 from shaper_fmu.master.algorithms import Algorithm
 from shaper_fmu.master.clocks import has_clocks
-from shaper_fmu.master.events import Treatment, treat_events
+from shaper_fmu.master.events import MEAN, Treatment, treat_events
 from shaper_fmu.master.program import Program
 from shaper_fmu.master.run_options import Times, set_up
 from shaper_fmu.master.structure import SystemStructure
@@ -94,6 +94,8 @@ def pack(
     problems = [*system.check(), *obstacles(system, fmi)]
     if not variables:
         problems.append("the system has no free input and no output, so there is nothing to show")
+    if path.suffix.lower() != ".fmu":
+        problems.append(f"{path.name}: the name of an FMU ends in .fmu")
     if step is not None and not step > 0.0:
         problems.append(f"step = {step} s must be positive")
     if problems:
@@ -135,7 +137,17 @@ def pack(
     progress(f"{model}: description")
     token = content_guid(complete(""))
     written = write_archive(path, complete(token))
-    return Packed(written, tuple(platform.name for platform in chosen), left_out, (*treatment.notes, *_tool_notes(system)))
+    return Packed(
+        written, tuple(platform.name for platform in chosen), left_out, (*_event_notes(system, treatment), *_tool_notes(system))
+    )
+
+
+def _event_notes(system: SystemStructure, treatment: Treatment) -> list[str]:
+    """What is to be known of events, and what to do where a mean over the step keeps them on the grid."""
+    means = [".".join(source) for source in system.connections.values() if source[1].endswith(MEAN)]
+    if treatment.exact or not means or not treatment.notes or "mean over it" not in treatment.notes[0]:
+        return list(treatment.notes)
+    return [f"{treatment.notes[0]}; connect {means[0].removesuffix(MEAN)} instead to have them exact", *treatment.notes[1:]]
 
 
 def needing_tools(system: SystemStructure) -> list[str]:

@@ -7,7 +7,8 @@ from typing import NamedTuple
 from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.master.wiring import Port
 
-_MEAN = "_mean"
+MEAN = "_mean"
+"""How the names of outputs end that are means over the step of others."""
 
 
 class Treatment(NamedTuple):
@@ -26,7 +27,7 @@ def treat_events(system: SystemStructure, exact: bool | None) -> Treatment:
     in the output's place, where there is one.
     """
     rigid = [name for name, fmu in system.fmus.items() if not fmu.takes_any_step]
-    means = [source for source in system.connections.values() if source[1].endswith(_MEAN)]
+    means = [source for source in system.connections.values() if source[1].endswith(MEAN)]
     if exact is not None and not (exact and rigid):
         return Treatment(exact, system.connections, ())
     if not rigid and not means:
@@ -38,7 +39,7 @@ def treat_events(system: SystemStructure, exact: bool | None) -> Treatment:
         [f"events are kept on the grid, since {rigid[0]} takes no steps of other lengths"],
     )
     for target, source in system.connections.items():
-        mean = source[1] + _MEAN
+        mean = source[1] + MEAN
         if mean in system.fmus[source[0]].variables:
             connections[target] = (source[0], mean)
             notes.append(f"{'.'.join(target)} gets {source[0]}.{mean} in place of {'.'.join(source)}")

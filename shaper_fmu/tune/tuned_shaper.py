@@ -61,4 +61,5 @@ def read_tuned_shaper(path: Path | str) -> TunedShaper:
             settings=dict(found.get("settings") or {}),  # older files have none
         )
     except (ValueError, KeyError, TypeError) as error:
-        raise ModelError([f"{path.name} is not a tuning.json that 'shaper-fmu tune' has written ({error!r})"]) from None
+        why = f"it has no {error.args[0]!r}" if isinstance(error, KeyError) else str(error)
+        raise ModelError([f"{path.name} is not a tuning.json that 'shaper-fmu tune' has written: {why}"]) from None

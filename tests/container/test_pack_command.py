@@ -170,3 +170,28 @@ def test_a_connector_that_leads_nowhere_is_told(fmus, tmp_path):
     done = typed("pack", path, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "note: not shown: unused leads nowhere" in done.stderr
+
+
+def test_start_values_that_the_fmus_refuse_are_told(fmus, tmp_path):
+    """A mass below zero is judged by the FMU alone, at its initialization: the file is there, and the exit code says that it is not good."""
+    path = push(tmp_path, fmus)
+    done = typed("pack", path, "--set", "plant.mass=-1", "--output", "x.fmu", cwd=tmp_path)
+    assert done.returncode == 1
+    assert (tmp_path / "x.fmu").is_file()
+    assert "its system does not start here with these values" in done.stdout
+    assert "mass = -1 kg" in done.stdout
+
+
+def test_a_mean_over_the_step_is_told_with_what_to_connect(fmus, tmp_path):
+    system_ = System("mean")
+    system_.add("shaper", fmus / "InputShaper.fmu", natural_frequency=[W])
+    system_.add("plant", fmus / "MassSpringDamper.fmu", damping=0.0)
+    system_.connect("shaper.shaped_mean", "plant.force")
+    done = typed("pack", system_.to_ssp(tmp_path / "mean.ssp"), cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "connect shaper.shaped instead to have them exact" in done.stderr
+
+
+def test_the_name_of_an_fmu_ends_so(fmus, tmp_path):
+    with pytest.raises(ModelError, match="the name of an FMU ends in"):
+        shaped(fmus).to_fmu(tmp_path / "x.zip")
