@@ -17,7 +17,7 @@ import lief
 import pytest
 from native_calls import Host
 from native_host import binary_of, complete_fmu, host_program, signatures, token_of
-from trial_runs import PARAMETERS, STEP, stimuli
+from trial_runs import FOR_ITEM, PARAMETERS, STEP, stimuli
 
 from shaper_fmu.component import NO_EVENT
 from shaper_fmu.export.native.toolchain import PLATFORMS
@@ -110,7 +110,8 @@ def cases(name: str) -> Iterator[tuple[str, dict[str, Any]]]:
     yield name, PARAMETERS[name]
     for variable in components()[name].variables.values():
         if issubclass(variable.kind, enum.IntEnum):
-            yield from ((f"{name} {item.name}", {variable.name: item}) for item in variable.kind)
+            for item in variable.kind:
+                yield f"{name} {item.name}", {variable.name: item, **FOR_ITEM.get((name, item.name), {})}
 
 
 def looked_at(host: Host) -> list[Any]:

@@ -65,6 +65,12 @@ def off_the_start(component: type[Component]) -> dict[str, Any]:
     return {label: x for name, found in values for label, x in zip(labels[name], np.atleast_1d(found).tolist(), strict=True)}
 
 
+FOR_ITEM: dict[tuple[str, str], dict[str, Any]] = {
+    ("MotionProfile", "fastest"): {  # one metre: 1 m/s2 for 1 s, and back
+        "segments": 2, "segment_end[1]": 1.0, "segment_end[2]": 2.0, "segment_acceleration[1]": 1.0, "segment_acceleration[2]": -1.0,
+    },
+}  # fmt: skip
+"""What an item of an enumeration needs besides, by the component's and the item's name."""
 PARAMETERS = {name: CHOSEN.get(name) or off_the_start(component) for name, component in components().items()}
 """The parameters of each component, by their FMI 2 names."""
 
