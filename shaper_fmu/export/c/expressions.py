@@ -198,10 +198,8 @@ class Expressions:
     def _chosen(self, test: Code, yes: Code, no: Code) -> Code:
         kind = joined(yes.kind, no.kind)
         texts = [self.scope.as_kind(code, kind) if isinstance(kind, Struct) else code.at(OR) for code in (yes, no)]
-        if kind == INTEGER and all(
-            text.isidentifier() for text in texts
-        ):  # constants of two enums, between which C++ does not choose
-            texts[0] = f"(int64_t){texts[0]}"
+        if kind == INTEGER and all(text.isidentifier() for text in texts):  # C++ warns of constants of two enums
+            texts = [f"(int64_t){text}" for text in texts]
         root = yes.root if yes.root == no.root else ""
         text = f"{test.at(OR)} ? {texts[0]} : {texts[1]}"
         return Code(
