@@ -8,8 +8,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from containers import FREQUENCY, STIFFNESS, container, shaped_oscillator
+from fmpy.fmi1 import FMICallException
 from native_drivers import Driver
 
+from shaper_fmu.archives import read_archive, write_archive
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.master.system import System
 
@@ -150,4 +152,22 @@ def test_steps_of_every_length(tmp_path):
         driver.step(float(t), float(end - t))
     assert driver.get("plant.position") == pytest.approx(1.0 / STIFFNESS, abs=1e-13)
     assert driver.get("plant.velocity") == pytest.approx(0.0, abs=1e-12)
+    driver.close()
+
+
+def test_an_fmu_of_one_step_length_gets_no_other(tmp_path):
+    """Steps inside of 2 ms: a host's steps of 6 ms are three of them; 7 ms would give the FMU a step of 1 ms, and are refused."""
+    rigid = tmp_path / "rigid.fmu"
+    files = read_archive(fmu_path("MassSpringDamper", 2).read_bytes(), "plant")
+    free, fixed = (b'canHandleVariableCommunicationStepSize="%s"' % text for text in (b"true", b"false"))
+    assert free in files["modelDescription.xml"]
+    write_archive(rigid, {**files, "modelDescription.xml": files["modelDescription.xml"].replace(free, fixed)})
+    system = System()
+    system.add("plant", rigid)
+    driver = Driver(container(system, tmp_path / "c.fmu", 2, step=0.002)).initialize({"plant.force": 1.0})
+    driver.step(0.0, 0.006)
+    with pytest.raises(FMICallException):
+        driver.step(0.006, 0.007)
+    assert "a step of 0.007 s is no multiple of the steps inside, of 0.002 s" in driver.messages[-1]
+    driver.step(0.006, 0.006)
     driver.close()

@@ -109,9 +109,16 @@ def test_without_states_inside_there_are_none_outside(tmp_path):
 def test_the_time_goes_back_with_the_state(path):
     driver = Driver(path).initialize()
     state = saved(driver)
+    driver.set({"shaper.command": 1.0})
     driver.step(0.0, 0.5)
+    once = driver.get("plant.position")
     restore(driver, state)
+    assert driver.get("plant.position") == 0.0
+    driver.set({"shaper.command": 1.0})
     driver.step(0.0, 0.25)
     driver.step(0.25, 0.25)
+    assert driver.get("plant.position") == pytest.approx(once, abs=1e-13)
+    with pytest.raises(FMICallException):
+        driver.step(0.25, 0.25)
     free(driver, state)
     driver.close()

@@ -33,6 +33,13 @@ static double on_grid(const Container *container, double t) {
     return fabs(near - t) <= time_rounding(t, container->longest) ? near : t;
 }
 
+/* Whether an FMU inside takes steps of one length alone. */
+static int is_rigid(const Container *container) {
+    for (size_t i = 0; i < container->system.instances.count; i++)
+        if (container->system.instances.at[i].rigid) return 1;
+    return 0;
+}
+
 static Status check_step(Container *container, double t, double h) {
     Control *const control = &container->control;
     if (container->discarded)
@@ -47,7 +54,10 @@ static Status check_step(Container *container, double t, double h) {
         return complain(container, ERROR, "%s: a step of %g s is too short for times of %g s", container->name, h, t);
     if (container->longest > 0.0 && (t + h - container->origin) / container->longest > MOST_STEPS)
         return complain(container, ERROR, "%s: a step of %g s has too many inner steps, of %g s", container->name, h, container->longest);
-    const double begin = on_grid(container, t);
+    const double begin = on_grid(container, t), steps = h / container->longest;
+    if (container->longest > 0.0 && is_rigid(container) && !(fabs(rint(steps) - steps) <= 1e-6 && rint(steps) >= 1.0))
+        return complain(container, ERROR, "%s: a step of %.15g s is no multiple of the steps inside, of %.15g s, and an FMU inside takes "
+                        "no steps of other lengths", container->name, h, container->longest);
     if (control->smooth_from == control->t) control->smooth_from = begin;
     control->t = begin;
     return OK;
