@@ -118,7 +118,9 @@ def pack(
     )
     folders = _folders(system)
     files = _inner_files(system, folders, chosen)
-    files["documentation/index.html"] = container_page(model, description, system, variables, folders, treatment.notes).encode()
+    notes = (*_event_notes(system, treatment), *_tool_notes(system))
+    page = container_page(model, description, system, variables, folders, notes, treatment.exact)
+    files["documentation/index.html"] = page.encode()
     files |= licences("shaper-fmu")
     for platform in chosen:
         progress(f"{model}: {platform.name}")
@@ -137,9 +139,7 @@ def pack(
     progress(f"{model}: description")
     token = content_guid(complete(""))
     written = write_archive(path, complete(token))
-    return Packed(
-        written, tuple(platform.name for platform in chosen), left_out, (*_event_notes(system, treatment), *_tool_notes(system))
-    )
+    return Packed(written, tuple(platform.name for platform in chosen), left_out, notes)
 
 
 def _event_notes(system: SystemStructure, treatment: Treatment) -> list[str]:

@@ -32,8 +32,8 @@ code { font-family: monospace; font-size: 0.95em; }
 {% if description %}
 <p>{{ description }}</p>
 {% endif %}
-<p>This FMU holds {{ inside | length }} FMU{{ "" if inside | length == 1 else "s" }}, coupled by the master loop of shaper-fmu: \
-its steps end at the events inside, whatever step the host takes.</p>
+<p>This FMU holds {{ inside | length }} FMU{{ "" if inside | length == 1 else "s" }}, coupled by the master loop of shaper-fmu\
+{{ ": its steps end at the events inside, whatever step the host takes" if exact }}.</p>
 {% for note in notes %}
 <p>{{ note }}</p>
 {% endfor %}
@@ -76,8 +76,9 @@ def container_page(
     variables: Sequence[OuterVariable],
     folders: Mapping[str, str],
     notes: Sequence[str],
+    exact: bool,
 ) -> str:
-    """The page as HTML; `folders` are those of the instances' FMUs below the resources."""
+    """The page as HTML; `folders`: of the FMUs below the resources; `exact`: whether steps inside end at events."""
     inside = [
         {
             "name": instance, "fmu": fmu.name, "version": fmu.description.fmiVersion, "folder": folders[instance],
@@ -88,7 +89,7 @@ def container_page(
     connections = [(".".join(source), ".".join(target)) for target, source in system.connections.items()]
     rows = [_row(variable) for variable in variables]
     return _PAGE.render(
-        name=name, description=description, inside=inside, connections=connections, variables=rows, notes=list(notes)
+        name=name, description=description, inside=inside, connections=connections, variables=rows, notes=list(notes), exact=exact
     )
 
 

@@ -190,6 +190,9 @@ def test_a_mean_over_the_step_is_told_with_what_to_connect(fmus, tmp_path):
     done = typed("pack", system_.to_ssp(tmp_path / "mean.ssp"), cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "connect shaper.shaped instead to have them exact" in done.stderr
+    page = read_archive((tmp_path / "mean.fmu").read_bytes(), "mean")["documentation/index.html"].decode()
+    assert "connect shaper.shaped instead" in page
+    assert "its steps end at the events inside" not in page
 
 
 def test_the_name_of_an_fmu_ends_so(fmus, tmp_path):
