@@ -22,7 +22,7 @@ _OF_SHAPERS = (".fmu", ".ssv", ".ssp")
 
 
 def share(text: str, option: str | None = None) -> float:
-    """A share, written as 5% or 0.05. Raises BadParameter for anything else."""
+    """A share, written as 5% or 0.05. Raises BadParameter for anything else, and for a percentage that lacks its sign."""
     number = text.strip()
     try:
         value = float(number[:-1]) / 100.0 if number.endswith("%") else float(number)
@@ -30,6 +30,10 @@ def share(text: str, option: str | None = None) -> float:
         value = math.nan
     if not math.isfinite(value):
         raise typer.BadParameter(f"{text!r} is not a share; write 5% or 0.05", param_hint=option)
+    if abs(value) >= 1.0 and not number.endswith("%"):
+        raise typer.BadParameter(
+            f"{number} would be {100.0 * value:g} %: did you mean {number}%? If not, write {100.0 * value:g}%", param_hint=option
+        )
     return value
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -226,8 +225,9 @@ class Plant:
                 found[name] = float(given)
             except (TypeError, ValueError):
                 problems.append(f"{name} has no start value that is a number; give it one")
-            if not 0.0 <= share < math.inf or (found.get(name) == 0.0):
-                problems.append(f"{name} = {given} cannot vary by +-{share:g} of it")
+            if not 0.0 <= share <= 1.0 or (found.get(name) == 0.0):
+                meant = f": did you mean {share:g} % ({share / 100.0:g})? At most 100 % is possible" if share > 1.0 else ""
+                problems.append(f"{name} = {given} cannot vary by +-{100.0 * share:g} % of it{meant}")
         if problems:
             raise ModelError(problems)
         return found

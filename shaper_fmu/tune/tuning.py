@@ -34,7 +34,7 @@ CAVEATS: Mapping[Verdict, str] = {
 }
 """The caveat in every file of a shaper whose verdict is not good."""
 
-AGAINST_NO_VIBRATION = (*CONTRADICTING, "nonlinear", "no_rest", "coupling", "failed", "modes_differ")
+AGAINST_NO_VIBRATION = (*CONTRADICTING, "nonlinear", "no_rest", "coupling", "failed", "lost", "modes_differ")
 """Findings of experiments with which nobody can say that a plant does not vibrate."""
 
 UNKNOWN_MARGIN = 0.1

@@ -11,18 +11,21 @@ from typing import Any
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
 from shaper_fmu.renamed import renamed_argument
-from shaper_fmu.tune.choice.boxes import mode_boxes
-from shaper_fmu.tune.choice.choice import choose
+from shaper_fmu.tune.choice.boxes import ModeBox, mode_boxes
+from shaper_fmu.tune.choice.choice import choose, choose_another
 from shaper_fmu.tune.choice.reasons import percent
 from shaper_fmu.tune.choice.requirements import Requirements
+from shaper_fmu.tune.choice.result import fits, preferred
+from shaper_fmu.tune.choice.search import Candidate
 from shaper_fmu.tune.identify.range import PlantModes, identify_plant
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, requirements_for
-from shaper_fmu.tune.tuning_trial import tightened, tried
+from shaper_fmu.tune.tuning_trial import shortfall, tightened, tried
 from shaper_fmu.tune.verification.command import Command
 
 _UNSTABLE = ("unstable", "growth")
-_MORE_ATTEMPTS = 2
+_MORE_ATTEMPTS = 4
+"""Shapers that are tried after the first one, if the plant leaves a little more than its modes."""
 
 
 @renamed_argument("wish", "requirements")
@@ -75,19 +78,43 @@ def tune_plant(
     choice = choose(boxes, requirements)
     if choice.recommended is None:
         return replace(found, verdict="nothing_fits", summary=choice.reason, choice=choice)
+    found = _verified(replace(found, choice=choice), boxes, requirements, plant, say)
+    missing = "; ".join(one.text for one in modes.uncovered)
+    if not missing:
+        return found
+    return replace(found, summary=f"{found.summary}. The ranges of the modes do not cover all that was asked for: {missing}")
+
+
+def _verified(found: Tuning, boxes: Sequence[ModeBox], asked: Requirements, plant: Plant, say: Say) -> Tuning:
+    """The tuning with the first shaper that holds on the plant, or with the last one tried.
+
+    A plant that leaves a little too much gets what is next: of the other candidates that fit by their bounds, and of those for
+    tolerances that are tighter by what the plant left too much, the shortest.
+    """
+    first = found.choice
+    assert first is not None
     say("verifying it on the plant")
-    found = tried(replace(found, choice=choice), requirements, plant)
+    found = tried(found, asked, plant)
+    refuted: list[tuple[Candidate, str]] = []
     for _ in range(_MORE_ATTEMPTS):
-        tighter = tightened(found, requirements) if found.verdict == "not_held" else None
-        if tighter is None:
+        tighter = tightened(found, asked) if found.verdict == "not_held" else None
+        if tighter is None or found.candidate is None:
             break
-        say(f"choosing again, for {percent(tighter.tolerance)} and nominally {percent(tighter.nominal_tolerance)}")
+        refuted.append((found.candidate, shortfall(found, asked)))
+        known = {id(one) for one, _ in refuted}
+        others = [one for one in first.candidates if fits(one, asked) and id(one) not in known]
         choice = choose(boxes, tighter)
-        if choice.recommended is None:
+        wanted = [*others, *([choice.recommended] if choice.recommended is not None else [])]
+        if not wanted:
             break
+        best = preferred(wanted, asked)
+        if best is choice.recommended:
+            say(f"choosing again, for {percent(tighter.tolerance)} and nominally {percent(tighter.nominal_tolerance)}")
+        else:
+            say(f"trying {best.name}")
+            choice = choose_another(first, best, refuted)
         say("verifying it on the plant")
-        again = replace(found, choice=choice, verification=None, responses=())
-        found = tried(again, requirements, plant)
+        found = tried(replace(found, choice=choice, verification=None, responses=()), asked, plant)
     return found
 
 

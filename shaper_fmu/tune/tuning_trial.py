@@ -52,7 +52,6 @@ def tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
             f"a {command.name} of {command.amplitude:.5g}{unit} fails: {error}. Give the size of the commands (amplitude); in "
             f"the experiments it was {found.plant.nominal.excitation.amplitude:.3g}{unit}",
         )
-    nominally = seen.nominal.share + seen.uncertainty <= asked.nominal_tolerance
     cases = {"nominal": seen.nominal} | ({"worst": seen.worst} if seen.worst is not seen.nominal else {})
     responses = tuple(
         simulated_responses(plant, settling, choice.nearest, choice.boxes, command, case, one.values, seen.step)
@@ -60,23 +59,39 @@ def tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
     )
     designed = f"{percent(choice.requirements.tolerance)} and nominally {percent(choice.requirements.nominal_tolerance)}"
     closer = f". It is designed for {designed}, so that the plant meets the requirements" if choice.requirements != asked else ""
-    verdict: Verdict = "tuned" if seen.holds and nominally else "not_held"
-    summary = f"{_for_modes(verdict)}{choice.reason}{closer}. On the plant: {seen.reason}"
-    if not nominally:
-        hardly = "is not shown to hold" if seen.nominal.share <= asked.nominal_tolerance else "does not hold"
-        summary += f". The nominal tolerance of {percent(asked.nominal_tolerance)} {hardly}"
-    return replace(found, verdict=verdict, summary=summary, verification=seen, responses=responses)
+    found = replace(found, verification=seen, responses=responses)
+    failed = shortfall(found, asked)
+    verdict: Verdict = "not_held" if failed else "tuned"
+    lead = f"{failed}. For the modes found, " if failed else ""
+    return replace(found, verdict=verdict, summary=f"{lead}{choice.reason}{closer}. On the plant: {seen.reason}")
+
+
+def shortfall(found: Tuning, asked: Requirements) -> str:
+    """What the plant's simulations do not hold, each tolerance by its name; "" if they hold all that was asked for."""
+    seen = found.verification
+    assert seen is not None
+    parts = []
+    over = "over the range of the parameters" if found.spread else "on the plant"
+    shares = [(over, "tolerance", seen.worst.share, asked.tolerance)]
+    if asked.nominal_stricter:
+        shares.append(("nominally", "nominal tolerance", seen.nominal.share, asked.nominal_tolerance))
+    for where, name, share, limit in shares:
+        if share > limit:
+            parts.append(f"{where} it leaves {percent(share)}, more than the {name} of {percent(limit)}")
+        elif share + seen.uncertainty > limit:
+            known = f"{percent(share)} +- {percent(seen.uncertainty)}"
+            parts.append(f"{where} it leaves {known}, so that the {name} of {percent(limit)} is not shown to hold")
+    if seen.failed:
+        parts.append(f"at {len(seen.failed)} places the plant could not be run")
+    if parts and asked.nominal_stricter and seen.holds:
+        parts.append(f"{over} it leaves {percent(seen.worst.share)}, within the tolerance of {percent(asked.tolerance)}")
+    return "; ".join(parts)
 
 
 def _untried(found: Tuning, why: str) -> Tuning:
     assert found.choice is not None
-    summary = f"{_for_modes('not_verified')}{found.choice.reason}. It could not be tried on the plant: {why}"
+    summary = f"for the modes found, {found.choice.reason}. It could not be tried on the plant: {why}"
     return replace(found, verdict="not_verified", summary=summary)
-
-
-def _for_modes(verdict: Verdict) -> str:
-    """A preamble to the choice's reason, if the plant does not confirm it."""
-    return "" if verdict == "tuned" else "for the modes found, "
 
 
 def tightened(found: Tuning, asked: Requirements) -> Requirements | None:

@@ -49,10 +49,13 @@ def test_the_recommendation_is_never_dominated(seed: int):
         assert best.delay <= requirements.longest_delay * (1.0 + 1e-9)
         assert best in choice.front
         duration = best.sequence.delays[-1]
-        assert not [t for t, _ in fitting if t < duration * (1.0 - 1e-9)]  # none that fits is shorter
-        assert not [t for t, v in seen if t < duration * (1.0 - 1e-9) and v < best.worst_case - seen_less]
-        equals = alike if best.design.by_kind else seen  # docs/tuning.md: of equally short ones one that is designed by its kind
+        saving = requirements.least_saving  # docs/tuning.md: less than that, and a shaper of a kind is preferred to a custom one
+        equals = alike if best.design.by_kind else seen
+        assert not [t for t, _ in fitting if t < duration * (1.0 - 1e-9) and ((t, _) in equals or t < duration * (1.0 - saving))]
+        assert not [t for t, v in equals if t < duration * (1.0 - 1e-9) and v < best.worst_case - seen_less]
         assert not [t for t, v in equals if t <= duration * (1.0 + 1e-9) and v < best.worst_case - seen_less]
+        if not best.design.by_kind:
+            assert not [t for t, v in fitting if (t, v) in alike and t * (1.0 - saving) < duration * (1.0 - 1e-9)]
 
 
 def test_random_plants_are_of_all_sorts():

@@ -64,9 +64,10 @@ def test_the_recommendation_is_the_shortest_that_fits_both_conditions(seed: int)
         assert worst <= one.worst_case <= worst + 1e-3
         assert one.nominal == pytest.approx(nominal, abs=1e-9)
     limit = requirements.longest_delay
+    designs = [one.design for one in (*choice.candidates, *choice.dominated)]
     fitting = [
-        t
-        for t, v, n in seen
+        (t, one.by_kind)
+        for one, (t, v, n) in zip(designs, seen, strict=True)
         if v <= requirements.tolerance - SEEN_LESS and n <= requirements.nominal_tolerance - 1e-9 and t <= limit
     ]
     best = choice.recommended
@@ -76,7 +77,9 @@ def test_the_recommendation_is_the_shortest_that_fits_both_conditions(seed: int)
         assert fits(best, requirements)
         assert best.nominal <= requirements.nominal_tolerance
         assert best in choice.front
-        assert not [t for t in fitting if t < best.delay * (1.0 - 1e-9)]
+        for t, by_kind in fitting:  # a custom one that saves too little is passed over for one of a kind
+            saving = requirements.least_saving if best.design.by_kind and not by_kind else 0.0
+            assert t >= best.delay * (1.0 - saving - 1e-9)
     for one in choice.dominated:
         delay, worst, nominal = shown(one.design, boxes)
         assert one.by.delay <= delay * (1.0 + 1e-12)

@@ -15,15 +15,18 @@ from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.candidates import designs
 from shaper_fmu.tune.choice.move_floor import least_delay
 from shaper_fmu.tune.choice.moves import profiles
+from shaper_fmu.tune.choice.names import told_apart
 from shaper_fmu.tune.choice.reasons import recommendation
 from shaper_fmu.tune.choice.requirements import Requirements
-from shaper_fmu.tune.choice.result import Choice, fits, quick, shortest_of
+from shaper_fmu.tune.choice.result import Choice, fits, preferred, quick
 from shaper_fmu.tune.choice.search import Candidate, Search, front, order
 
 
 @renamed_argument("wish", "requirements")
 def choose(modes: Sequence[ModeBox], requirements: Requirements | None = None, *, floor: bool = True) -> Choice:
     """Bound every shaper (and profile, for a move) over the modes' boxes, and recommend the shortest that fits the requirements.
+
+    A custom sequence is recommended only where it saves `least_saving` of the delay of the shortest shaper of a kind.
 
     Without `floor` it is not computed, which may save up to a second for several damped modes, and some seconds for a move.
 
@@ -40,16 +43,25 @@ def choose(modes: Sequence[ModeBox], requirements: Requirements | None = None, *
     for law in profiles(boxes, requirements, found.left_out):
         search.add_profile(law)
     search.mix(found)
-    candidates = tuple(sorted(search.candidates, key=order))
+    candidates, dominated = told_apart(sorted(search.candidates, key=order), search.dominated)
     fitting = [one for one in candidates if fits(one, requirements)]
-    recommended = shortest_of(fitting) if fitting else None
+    recommended = preferred(fitting, requirements) if fitting else None
     least = _floor(boxes, requirements) if floor else None
     choice = Choice(
-        boxes, requirements, candidates, tuple(search.dominated), _front(candidates, requirements, recommended), recommended,
+        boxes, requirements, candidates, dominated, _front(candidates, requirements, recommended), recommended,
         recommended or nearest_of([one for one in candidates if quick(one, requirements)], requirements),
         least, "", tuple(found.left_out),
     )  # fmt: skip
     return replace(choice, reason=recommendation(choice))
+
+
+def choose_another(choice: Choice, recommended: Candidate, refuted: Sequence[tuple[Candidate, str]]) -> Choice:
+    """The choice with another of its candidates, after those that the plant has refuted, each with its reason."""
+    found = replace(
+        choice, recommended=recommended, nearest=recommended, refuted=tuple(refuted),
+        front=_front(choice.candidates, choice.requirements, recommended),
+    )  # fmt: skip
+    return replace(found, reason=recommendation(found))
 
 
 def _floor(boxes: Sequence[ModeBox], requirements: Requirements) -> float | None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from shaper_fmu.tune.choice.bounds import remaining
 from shaper_fmu.tune.choice.boxes import UNDAMPED, ModeBox
-from shaper_fmu.tune.choice.result import Choice, fits, quick, shortest_of
+from shaper_fmu.tune.choice.result import Choice, fits, preferred, quick
 from shaper_fmu.tune.choice.search import SAME, Candidate, Search
 
 _BISECTIONS = 12
@@ -28,15 +28,31 @@ def recommendation(choice: Choice) -> str:
         where += f" and within {percent(requirements.nominal_tolerance)} nominally"
     if best.delay == 0.0:
         return f"{best.name}: no shaper is needed, it is {where} and leaves at most {left(best)}{_nominally(choice, best)}"
-    text = f"{best.name}: shortest of those {where}, {best.delay:.4g} s later than unshaped; it leaves at most {left(best)}"
-    text += _nominally(choice, best)
-    shorter = [one for one in choice.front if one.delay < best.delay * (1.0 - SAME)]
+    saving, refuted = _shorter_custom(choice, best), [one for one, _ in choice.refuted]
+    text = (
+        f"{best.name}: shortest{' of a kind' if saving else ''} of those {where}{' that hold on the plant' if refuted else ''}, "
+        f"{best.delay:.4g} s later than unshaped; it leaves at most {left(best)}{_nominally(choice, best)}"
+    )
+    text += "".join(f". {one.name} ({one.delay:.4g} s) fits by its bound, but {why}" for one, why in choice.refuted)
+    if saving:
+        text += (
+            f". {saving.name} is {percent(1.0 - saving.delay / best.delay)} shorter, but a custom sequence, which neither follows "
+            "its modes while it runs nor can be set by hand"
+        )
+    shorter = [one for one in choice.front if one.delay < best.delay * (1.0 - SAME) and not fits(one, requirements)]
     if len(shorter) > 1:  # the first is unshaped
         other = shorter[-1]
         only_nominally = other.worst_case <= requirements.tolerance
         leaves = f"leaves {percent(other.nominal)} nominally" if only_nominally else f"may leave {left(other)}"
         text += f". {other.name} is {best.delay - other.delay:.3g} s shorter but {leaves}"
     return text + _floor(choice, best)
+
+
+def _shorter_custom(choice: Choice, best: Candidate) -> Candidate | None:
+    """The shortest candidate that fits, is not refuted and was not recommended, since it saves too little."""
+    refuted = {id(one) for one, _ in choice.refuted}
+    fitting = (one for one in choice.candidates if fits(one, choice.requirements) and id(one) not in refuted)
+    return next((one for one in fitting if one.delay < best.delay * (1.0 - SAME)), None)
 
 
 def _nominally(choice: Choice, candidate: Candidate) -> str:
@@ -105,7 +121,7 @@ def _nothing_fits(choice: Choice) -> str:
     ways = _larger_tolerances(choice)
     good = [one for one in choice.candidates if fits(one, replace(requirements, longest_delay=math.inf))]
     if good:
-        best = shortest_of(good)
+        best = preferred(good, requirements)
         ways.append(f"a delay of {rounded_up(best.delay):.4g} s ({best.name})")
     narrower = narrowed(choice)
     if narrower is not None:

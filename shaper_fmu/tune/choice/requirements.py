@@ -47,6 +47,8 @@ class Requirements:
         move: a move that the command makes; None for any command.
         nominal_tolerance: like `tolerance`, where each mode has its nominal natural frequency and damping ratio,
             0 < nominal_tolerance <= 1. 1 is no condition, and nor is anything from `tolerance` on.
+        least_saving: what a custom sequence must save of the delay of the shortest fitting shaper of a kind to be recommended, as a
+            share; 0 for the shortest of all. A shaper of a kind follows its modes while it runs, and can be set by hand.
     """
 
     tolerance: float = 0.05
@@ -57,6 +59,7 @@ class Requirements:
     kinds: tuple[str, ...] | None = None
     move: Move | None = None
     nominal_tolerance: float = 1.0
+    least_saving: float = 0.03
 
     def __post_init__(self) -> None:
         if not 0.0 < self.tolerance < 1.0:
@@ -67,6 +70,8 @@ class Requirements:
             )
         if not self.longest_delay >= 0.0:
             raise ArgumentError(f"longest_delay = {self.longest_delay:g} s: it cannot be negative")
+        if not 0.0 <= self.least_saving < 1.0:
+            raise ArgumentError(f"least_saving = {self.least_saving:g} is outside its domain 0 <= least_saving < 1")
         for kind in self.kinds or ():
             if kind not in KNOWN:
                 raise ArgumentError(f"there is no shaper or profile {kind!r}.{nearest(kind, KNOWN)}")

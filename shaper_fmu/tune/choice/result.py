@@ -24,12 +24,13 @@ class Choice:
         dominated: combinations of shapers that were not bounded, since other candidates are no worse.
         front: the Pareto front in delay, worst case and nominal level (levels within the nominal tolerance count as equal), with
             the recommended candidate, by rising delay.
-        recommended: the shortest candidate that fits; None if none fits.
+        recommended: the shortest candidate that fits, or a little longer one of a kind (see `preferred`); None if none fits.
         nearest: the recommended candidate, or the one within the delay that leaves least relative to the tolerances.
         floor: shortest duration of a shaper of positive impulses that fits [s]; for a move the least delay of any that fits,
             whatever the profile and the shaper. None if unknown.
         reason: the reason for the recommendation, or the changes with which a candidate would fit.
         left_out: designs that could not be made, with reasons.
+        refuted: candidates that fit by their bounds, but were tried before and did not hold on the plant, with reasons.
     """
 
     boxes: tuple[ModeBox, ...]
@@ -42,6 +43,7 @@ class Choice:
     floor: float | None
     reason: str
     left_out: tuple[LeftOut, ...]
+    refuted: tuple[tuple[Candidate, str], ...] = ()
 
     @property
     def wish(self) -> Requirements:
@@ -73,6 +75,16 @@ def fits(candidate: Candidate, requirements: Requirements) -> bool:
         and candidate.nominal <= requirements.nominal_tolerance
         and quick(candidate, requirements)
     )
+
+
+def preferred(candidates: Sequence[Candidate], requirements: Requirements) -> Candidate:
+    """The shortest candidate; of those not longer by more than `least_saving` one that an InputShaper designs by its kind."""
+    best = shortest_of(candidates)
+    named = [one for one in candidates if one.design.by_kind]
+    if best.design.by_kind or not named:
+        return best
+    other = shortest_of(named)
+    return other if best.delay > other.delay * (1.0 - requirements.least_saving) else best
 
 
 def shortest_of(candidates: Sequence[Candidate]) -> Candidate:

@@ -20,7 +20,9 @@ from shaper_fmu.tune.identify.experiment import PlantIdentification, experiment
 from shaper_fmu.tune.plant import Plant
 
 _FARTHEST = math.log(2.0)
-"""Modes whose frequencies differ by more than a factor of 2 are not taken for the same one."""
+"""Modes whose frequencies differ by more than a factor of 2 are not taken for the same one, if others remain to choose from."""
+UNCOVERED = ("failed", "lost")
+"""Findings of points that the modes' ranges do not contain."""
 _SHAPE_WEIGHT = 0.3
 _FORBIDDEN = 1e6
 
@@ -62,6 +64,11 @@ class PlantModes:
     experiments: tuple[PlantIdentification, ...]
     ranges: tuple[ModeRange, ...]
     findings: tuple[Finding, ...]
+
+    @property
+    def uncovered(self) -> tuple[Finding, ...]:
+        """The findings of points that the ranges do not contain: where the plant failed, or a mode was not found."""
+        return tuple(one for one in self.findings if one.code in UNCOVERED)
 
     @property
     def nominal(self) -> PlantIdentification:
@@ -113,7 +120,8 @@ def identify_plant(
             if not found:
                 raise
             failed.append(Finding("failed", f"at {_point_text(point)}: {error}"))
-    return PlantModes(tuple(found), tuple(_ranges(found)), (*found[0].findings, *failed, *_differences(found)))
+    ranges = _ranges(found)
+    return PlantModes(tuple(found), tuple(ranges), (*found[0].findings, *failed, *_lost(found, ranges), *_differences(found)))
 
 
 def _point_text(point: Mapping[str, Any]) -> str:
@@ -142,13 +150,18 @@ def match_modes(nominal: Sequence[Mode], others: Sequence[Mode], scale: np.ndarr
     """For each nominal mode the one among the others that is nearest in frequency and shape; None for none.
 
     `scale`, shape (m,), makes outputs of different units comparable. The assignment minimises the sum over all modes of
-    |log frequency ratio| + 0.3 (1 - modal assurance criterion).
+    |log frequency ratio| + 0.3 (1 - modal assurance criterion). As many as there are on both sides are the same ones, however far
+    apart: those that remain are paired in their order.
     """
     if not nominal or not others:
         return [None] * len(nominal)
     cost = np.array([[_distance(mode, other, scale) for other in others] for mode in nominal])
     rows, columns = linear_sum_assignment(cost)
     pairs = {int(i): others[int(j)] for i, j in zip(rows, columns, strict=True) if cost[i, j] < _FORBIDDEN}
+    if len(nominal) == len(others):
+        rest = [i for i in range(len(nominal)) if i not in pairs]
+        left = [one for one in others if not any(one is taken for taken in pairs.values())]
+        pairs |= dict(zip(rest, left, strict=True))
     return [pairs.get(i) for i in range(len(nominal))]
 
 
@@ -160,6 +173,22 @@ def _distance(mode: Mode, other: Mode, scale: np.ndarray) -> float:
     a, b = mode.residues[0] / size, other.residues[0] / size
     assurance = abs(np.vdot(a, b)) ** 2 / max(1e-300, float(np.vdot(a, a).real * np.vdot(b, b).real))
     return apart + _SHAPE_WEIGHT * (1.0 - assurance)
+
+
+def _lost(found: list[PlantIdentification], ranges: list[ModeRange]) -> list[Finding]:
+    """A finding for each mode and experiment in which it was not found: its range does not contain that point."""
+    findings = []
+    for one in ranges:
+        for other, mode in zip(found, one.modes, strict=True):
+            if mode is None:
+                seen = " and ".join(f"{m.natural_frequency:.4g}" for m in other.modes) or "none"
+                nominal = one.natural_frequency.nominal
+                text = (
+                    f"at {_point_text(other.start_values)} no mode corresponds to the one at {nominal:.4g} rad/s "
+                    f"(found there: {seen}): its range does not contain this point"
+                )
+                findings.append(Finding("lost", text))
+    return findings
 
 
 def _differences(found: list[PlantIdentification]) -> list[Finding]:
