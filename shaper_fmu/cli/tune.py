@@ -113,7 +113,7 @@ def tune(
         shaper-fmu tune loop.ssp --input controller.reference --output chain.position_3 --max-delay 2
         shaper-fmu tune ringing.csv --input force --output position
     """
-    from shaper_fmu.report.tune.outputs import left_over, write_tuning
+    from shaper_fmu.report.tune.outputs import is_plain, left_over, write_tuning
     from shaper_fmu.tune.tuning import requirements_for
 
     spread = {name: share(text, "--vary") for name, text in pairs(vary, "--vary", "mass=10%").items()}
@@ -141,7 +141,9 @@ def tune(
     written = write_tuning(found, target, report=report, say=_say)
     for path in written:
         if path.suffix != ".png":
-            wrote(path, f" ({found.verdict.replace('_', ' ')})" if found.caveat and path.suffix in _OF_SHAPERS else "")
+            plain = ["plain: it needs the values in shaper.ssv"] if is_plain(path) else []
+            caveat = [found.verdict.replace("_", " ")] if found.caveat and path.suffix in _OF_SHAPERS else []
+            wrote(path, f" ({'; '.join([*caveat, *plain])})" if caveat or plain else "")
     for path in left_over(found, target, written):
         err.print(f"note: {shown(path)} is of an earlier tuning")
     if not found.good:
@@ -149,7 +151,7 @@ def tune(
 
 
 def _say(what: str) -> None:
-    err.print(f"{what} ...")
+    err.print(what if what.startswith("note: ") else f"{what} ...")
 
 
 def _of_table(

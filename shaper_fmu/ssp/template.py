@@ -11,13 +11,16 @@ from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.kinds.shapers import Shaper
 from shaper_fmu.master.fmu import Fmu, load_fmu
+from shaper_fmu.master.motion import motion_order
 from shaper_fmu.master.system import System
 from shaper_fmu.master.variables import TRANSFERABLE, kind_of
 from shaper_fmu.ssp.export import parameter_set, write_system
 from shaper_fmu.ssp.write import write_parameter_set
 
-_OUTPUTS = {"m": "position", "m/s": "velocity", "m/s2": "acceleration"}
-"""The profile's output by the unit of the plant's input; of any other unit the input gets the position's number."""
+OUTPUTS = ("position", "velocity", "acceleration")
+"""The profile's output by the order of the plant's input; an input that is no motion gets the position's number."""
+PROFILE, SHAPER, PLANT = "profile", "shaper", "plant"
+"""Names of the instances."""
 SHAPERS = [item.name for item in Shaper if item != Shaper.custom]
 _PERIODS, _REST, _STEPS = 2.0, 5.0, 200
 """How long the reference moves and the plant is watched afterwards, and the steps, in natural periods."""
@@ -60,7 +63,7 @@ def write_template(
     damping = damping_ratio if damping_ratio is not None else min(max(asked.get("damping_ratio", 0.0), 0.0), 0.99)
     period = 2.0 * math.pi / frequency
     system = System(Path(path).stem)
-    profile_output = _OUTPUTS.get(fmu.unit_of(input_) or "", "position")
+    profile_output = OUTPUTS[motion_order(fmu, input_)]
     system.add("profile", fmu_path("MotionProfile"), duration=_PERIODS * period, distance=1.0)
     system.add("shaper", fmu_path("InputShaper"), shaper=kind, natural_frequency=[frequency], damping_ratio=[damping])
     system.add("plant", fmu, {name: start for name, start in _inputs(fmu).items() if name != input_})

@@ -11,6 +11,7 @@ import numpy as np
 from shaper_fmu.errors import ModelError, nearest
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.master.fmu import Fmu, load_fmu
+from shaper_fmu.master.motion import motion_order
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
@@ -18,8 +19,8 @@ from shaper_fmu.master.variables import TRANSFERABLE, kind_of, own_start
 
 ALONE = "plant"
 """Name of the instance of an FMU that is given alone."""
-SHAPER = "input_shaper"
-"""Name of the shaper's instance."""
+SHAPER = "shaper"
+"""Name of the shaper's instance, as in the archives of `new system`."""
 _DEFAULT_DURATION = 10.0
 SOLVER_TOLERANCE = 1e-9
 """Asked of FMUs with solvers of their own: the default of many, 1e-4, is a noise in which modes cannot be identified."""
@@ -105,6 +106,12 @@ class Plant:
     def input_unit(self) -> str:
         """Unit of the input, "" if it has none."""
         return self.unit(self.input)
+
+    @property
+    def input_order(self) -> int:
+        """How often the input's unit is divided by time: 1 for a velocity, 2 for an acceleration, 0 for all else."""
+        instance, variable = self._system.split(self.input)
+        return motion_order(self._system.fmus[instance], variable)
 
     @property
     def coupled(self) -> bool:
@@ -232,23 +239,29 @@ class Plant:
             raise ModelError(problems)
         return found
 
-    def check_shaper(self) -> None:
-        """Raise ModelError if the system has an instance of the shaper's name."""
-        if SHAPER in self._system.fmus:
-            raise ModelError([f"the system already has an instance {SHAPER}; give it another name"])
+    def free_name(self, wanted: str) -> str:
+        """This name of an instance, or one with a number behind it, if the system has that already."""
+        name, number = wanted, 1
+        while name in self._system.fmus:
+            number += 1
+            name = f"{wanted}_{number}"
+        return name
+
+    @property
+    def shaper(self) -> str:
+        """Name of the shaper's instance in `behind`: `SHAPER`, if the system has none of that name."""
+        return self.free_name(SHAPER)
 
     def behind(self, shaper: Mapping[str, Any], rest: float, fmu: Path | str | None = None, output: str = "shaped") -> System:
         """A new system with the plant behind an InputShaper of these start values, whose command is free and was `rest` before.
 
-        `fmu` is the InputShaper's, by default the one that comes with the package; `output` leads to the plant. Raises as
-        `check_shaper`.
+        `fmu` is the InputShaper's, by default the one that comes with the package; `output` leads to the plant.
         """
-        self.check_shaper()
         system = copied(self._system)
         instance, variable = system.split(self.input)
         system.start_values[instance].pop(variable, None)
-        system.add(SHAPER, fmu or fmu_path("InputShaper", platforms=["this"]), shaper, initial_command=rest)
-        system.connect(f"{SHAPER}.{output}", self.input)
+        system.add(self.shaper, fmu or fmu_path("InputShaper", platforms=["this"]), shaper, initial_command=rest)
+        system.connect(f"{self.shaper}.{output}", self.input)
         return system
 
 

@@ -59,7 +59,6 @@ def tune_plant(
     spread = dict(spread or {})
     requirements = requirements or requirements_for(spread)
     plant = Plant.of(source, input, outputs, start_values)
-    plant.check_shaper()
     say("identifying the modes")
     modes = identify_plant(plant, points=corners(plant.nominal_values(spread), spread), **options)
     names = [plant.short(name) for name in (plant.outputs if plant.named else _vibrating(modes))]

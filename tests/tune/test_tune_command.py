@@ -139,7 +139,7 @@ def test_a_closed_loop_in_an_archive(fmus, tmp_path):
     assert found == [(pytest.approx(abs(p), rel=1e-6), pytest.approx(-p.real / abs(p), rel=1e-5)) for p in poles]
     assert numbers["verification"]["nominal"]["share"] <= 0.01
     archive = load_ssp(tmp_path / "loop_tuned" / "shaped_plant.ssp")
-    assert archive.system.connections[("controller", "reference")] == ("input_shaper", "shaped_mean")
+    assert archive.system.connections[("controller", "reference")] == ("shaper", "shaped_mean")
     assert archive.system.connections[("chain", "force")] == ("controller", "force")
 
 

@@ -16,15 +16,15 @@ from shaper_fmu.export.start_values import with_start_values
 from shaper_fmu.master.system import System
 from shaper_fmu.registry import find_component
 from shaper_fmu.ssp.export import parameter_set, write_system
-from shaper_fmu.ssp.template import rounded_step
+from shaper_fmu.ssp.template import OUTPUTS, PROFILE, rounded_step
 from shaper_fmu.ssp.write import write_parameter_set
 from shaper_fmu.tune.choice.boxes import ModeBox
-from shaper_fmu.tune.plant import SHAPER
+from shaper_fmu.tune.plant import SHAPER, Plant
 from shaper_fmu.tune.tuning import Say, Tuning
 from shaper_fmu.tune.tuning_json import write_json
+from shaper_fmu.tune.verification.command import even_width
 
-REFERENCE = "reference"
-"""Name of the instance that makes the command in the archive."""
+_PLAIN = "InputShaper.fmu"
 REPORT, NUMBERS, PARAMETERS, ARCHIVE = "report.html", "tuning.json", "shaper.ssv", "shaped_plant.ssp"
 _STEPS, _PERIODS = 200, 5.0
 _ABRUPT = 0.01
@@ -56,30 +56,35 @@ def write_tuning(tuning: Tuning, folder: Path | str, *, report: bool = True, say
 
 def left_over(tuning: Tuning, folder: Path, written: Sequence[Path]) -> list[Path]:
     """Files of a shaper that an earlier tuning of the same plant has left in the folder, and this one has not written."""
-    names = (f"{_name(tuning)}.fmu", PARAMETERS, ARCHIVE, _shaped_name(tuning))
+    names = (f"{_name(tuning)}.fmu", _PLAIN, PARAMETERS, ARCHIVE, _shaped_name(tuning))
     return [path for path in (folder / name for name in names) if path.is_file() and path not in written]
 
 
 def shaped_system(tuning: Tuning) -> System:
     """The plant behind the recommended shaper, and a reference like the command of the verification.
 
-    It is a short move: its position for a step, its velocity for a pulse and its acceleration for a doublet, which leave a rigid
-    body at rest.
+    It is a short move. Its position goes to the input for a step; its velocity for a pulse, and where the input is a velocity; its
+    acceleration for a doublet, and where the input is an acceleration. Pulse and doublet leave a rigid body at rest.
     """
     plant, candidate = tuning.system, tuning.candidate
     if plant is None or candidate is None:
         raise ShaperFmuError(f"{tuning.source}: there is no plant, or no shaper for it, so that no system can be written")
     command = tuning.command
     system = plant.behind(candidate.start_values(), command.rest, _shaper(tuning), output="shaped_mean")
-    fastest = 2.0 * math.pi / max(box.natural_frequency.nominal for box in _boxes(tuning))
-    duration = (_ABRUPT * fastest, command.width, 2.0 * command.width)[command.integrators]
-    peak = (1.0, 2.0 / duration, 2.0 * math.pi / duration**2)[command.integrators]  # of a cycloid over a distance of 1
-    system.add(
-        REFERENCE, fmu_path("MotionProfile"), distance=command.amplitude / peak, duration=duration, start_time=command.start
-    )  # fmt: skip
-    output = ("position", "velocity", "acceleration")[command.integrators]
-    system.connect(f"{REFERENCE}.{output}", f"{SHAPER}.command", offset=command.rest)
+    order, duration = _reference(tuning, plant)
+    peak = (1.0, 2.0 / duration, 2.0 * math.pi / duration**2)[order]  # of a cycloid over a distance of 1
+    profile = plant.free_name(PROFILE)
+    system.add(profile, fmu_path("MotionProfile"), distance=command.amplitude / peak, duration=duration, start_time=command.start)
+    system.connect(f"{profile}.{OUTPUTS[order]}", f"{plant.shaper}.command", offset=command.rest)
     return system
+
+
+def _reference(tuning: Tuning, plant: Plant) -> tuple[int, float]:
+    """Which of a move's position (0), velocity and acceleration (2) goes to the input, and the move's duration [s]."""
+    order = max(tuning.command.integrators, plant.input_order)
+    if order == 0:
+        return 0, _ABRUPT * 2.0 * math.pi / max(box.natural_frequency.nominal for box in _boxes(tuning))
+    return order, order * (tuning.command.width or even_width(_boxes(tuning)))
 
 
 def _write_shaper(tuning: Tuning, folder: Path, say: Say) -> list[Path]:
@@ -92,6 +97,8 @@ def _write_shaper(tuning: Tuning, folder: Path, say: Say) -> list[Path]:
     for parameter in numbers.parameters:
         parameter.name = parameter.name.removeprefix(f"{SHAPER}.")
     numbers.description = tuning.caveat or None
+    if is_plain(source):
+        say(f"note: there is no compiler (pip install 'shaper-fmu[native]'), so that {_plain_words(source)}")
     written = [
         write_file(folder / source.name, source.read_bytes()),
         write_file(folder / PARAMETERS, write_parameter_set(numbers)),
@@ -110,9 +117,11 @@ def _write_system(tuning: Tuning, folder: Path) -> Path:
     slowest = 2.0 * math.pi / min(box.natural_frequency.nominal for box in boxes)
     fastest = 2.0 * math.pi / max(box.natural_frequency.nominal for box in boxes)
     step = rounded_step(fastest / _STEPS)
-    stop_time = step * math.ceil((tuning.command.end + tuning.candidate.delay + _PERIODS * slowest) / step)
+    assert tuning.system is not None
+    end = tuning.command.start + _reference(tuning, tuning.system)[1] + tuning.candidate.delay
+    stop_time = step * math.ceil((end + _PERIODS * slowest) / step)
     caveat = f"{tuning.caveat}. " if tuning.caveat else ""
-    unshaped = write_parameter_set(parameter_set(system, {f"{SHAPER}.shaper": "none"}, "unshaped"))
+    unshaped = write_parameter_set(parameter_set(system, {f"{tuning.system.shaper}.shaper": "none"}, "unshaped"))
     return write_system(
         system,
         folder / ARCHIVE,
@@ -151,6 +160,15 @@ def _shaper(tuning: Tuning) -> Path:
     if has_toolchain():
         component = with_start_values(component, tuning.candidate.start_values(), _name(tuning), note=tuning.caveat)
     return fmu_path(component)
+
+
+def is_plain(path: Path) -> bool:
+    """Whether an FMU of a tuning is the plain InputShaper, which does not begin as the recommended shaper."""
+    return path.name == _PLAIN
+
+
+def _plain_words(path: Path) -> str:
+    return f"{path.name} is the plain one: it begins with its own start values, and needs those in {PARAMETERS}"
 
 
 def _name(tuning: Tuning) -> str:

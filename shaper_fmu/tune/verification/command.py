@@ -12,7 +12,7 @@ import numpy as np
 from shaper_fmu.errors import ArgumentError
 from shaper_fmu.master.system import System
 from shaper_fmu.tune.choice.boxes import ModeBox
-from shaper_fmu.tune.plant import SHAPER, Plant
+from shaper_fmu.tune.plant import Plant
 
 _WIDTHS = 400
 _LONGEST = 1.5
@@ -65,7 +65,7 @@ class Command:
     def on(self, plant: Plant, shaper: Mapping[str, Any]) -> System:
         """A new system with the plant behind an InputShaper of these start values, and this command before it."""
         system = plant.behind(shaper, self.rest)
-        system.drive(f"{SHAPER}.command", self.table())
+        system.drive(f"{plant.shaper}.command", self.table())
         return system
 
     def without_change(self) -> Command:
