@@ -5,29 +5,26 @@ from __future__ import annotations
 from typing import ClassVar
 
 from shaper_fmu.component import MEAN, NO_EVENT, Calculated, Input, Output, Parameter, State, Variable, time_tolerance
-from shaper_fmu.kinds.one_mode import design_mode
-from shaper_fmu.kinds.shapers import FURTHER_PARAMETERS, LIST, PARAMETERS, SOLVED_WITH, Shaper
+from shaper_fmu.kinds.all_modes import (
+    DESIGN_MESSAGES,
+    IMPULSES,
+    MODE_IMPULSES,
+    MODES,
+    ShapedModes,
+    design,
+)
+from shaper_fmu.kinds.shapers import FURTHER_PARAMETERS, LIST, PARAMETERS, Shaper
 from shaper_fmu.methods.record import declare
-from shaper_fmu.shapers.convolution import convolve
-from shaper_fmu.shapers.sensitivity import insensitivity
-from shaper_fmu.shapers.workspace import DesignWorkspace
 
-MODES = 4
-MODE_IMPULSES = 16
-IMPULSES = 640
 EDGES = 4096
 UNDER_WAY = 4096
 
 HISTORY_FULL = 1
-CUSTOM_ORDER = 2
-CUSTOM_SUM = 3
-NO_SOLUTION = 4
 TOO_MUCH_UNDER_WAY = 5
 BAD_TUNING = 6
-TOO_MANY_IMPULSES = 7
 
 
-class InputShaper(DesignWorkspace):
+class InputShaper(ShapedModes):
     __doc__ = f"""Convolves any incoming command with a designed impulse sequence, so that flexible modes are not excited.
 
     shaped(t) = sum_i A_i command(t - t_i), with the impulses A_i, t_i of the chosen shaper for each shaped mode,
@@ -52,14 +49,9 @@ class InputShaper(DesignWorkspace):
     messages: ClassVar[dict[int, str]] = {
         HISTORY_FULL: f"the command has changed more than {EDGES - 1} times within the shaper duration {{duration}} s; "
         "use a larger communication step",
-        CUSTOM_ORDER: "custom_delay must begin with 0 s and not decrease over the first {custom_impulses} elements",
-        CUSTOM_SUM: "the first {custom_impulses} elements of custom_amplitude must add up to 1 within 1e-6, so that the "
-        "command's final value is reached",
-        NO_SOLUTION: "no {shaper} shaper was found beyond the damping ratio {damping} "
-        f"({', '.join(f'{name} {{{name}}}' for name in SOLVED_WITH)}); choose another shaper or tolerance",
+        **DESIGN_MESSAGES,
         TOO_MUCH_UNDER_WAY: f"at the change of frequency or damping more than {UNDER_WAY} jumps were under way; "
         "change it while the command rests, or use a larger communication step",
-        TOO_MANY_IMPULSES: f"the {{modes}} modes convolved have more than {IMPULSES} impulses; choose a shaper with fewer of them",
         BAD_TUNING: "natural_frequency must be greater than 0 rad/s and damping_ratio in 0 <= . < 1",
     }
 
@@ -163,66 +155,6 @@ class InputShaper(DesignWorkspace):
         if h > 0.0:
             self.shaped_mean = mean if self.moved else self.shaped
         return 0
-
-
-def design(m: InputShaper) -> int:
-    """Impulses of all shaped modes into m.amplitude, m.delay, m.impulses; and what is calculated from them."""
-    m.amplitude[0] = 1.0
-    m.delay[0] = 0.0
-    m.impulses = 1
-    m.certificate = 0.0
-    for mode in range(MODES):
-        m.tuned_frequency[mode] = m.natural_frequency[mode]
-        m.tuned_damping[mode] = m.damping_ratio[mode]
-    if m.shaper == Shaper.custom:
-        status = design_custom(m)
-        if status:
-            return status
-    elif m.shaper != Shaper.none:
-        for mode in range(m.modes):
-            if m.shape_mode[mode]:
-                m.damping = m.damping_ratio[mode]
-                count = design_mode(m, m.shaper, m.damping_ratio[mode])
-                if count == 0:
-                    return NO_SOLUTION
-                if m.impulses * count > IMPULSES:
-                    return TOO_MANY_IMPULSES
-                m.certificate = max(m.certificate, m.certificate_left)
-                for i in range(count):
-                    m.factor_delay[i] /= m.natural_frequency[mode]
-                m.impulses = convolve(m.amplitude, m.delay, m.impulses, m.factor_amplitude, m.factor_delay, count)
-    m.duration = m.delay[m.impulses - 1]
-    mode = first_shaped_mode(m)
-    m.insensitivity = insensitivity(
-        m.amplitude, m.delay, m.impulses, m.natural_frequency[mode], m.damping_ratio[mode], m.vibration_tolerance
-    )
-    return 0
-
-
-def design_custom(m: InputShaper) -> int:
-    """The user's impulses, checked and normalised to the sum 1."""
-    total = 0.0
-    last = 0.0
-    for i in range(m.custom_impulses):
-        if m.custom_delay[i] < last or (i == 0 and m.custom_delay[i] > 0.0):
-            return CUSTOM_ORDER
-        last = m.custom_delay[i]
-        total += m.custom_amplitude[i]
-    if abs(total - 1.0) > 1e-6:
-        return CUSTOM_SUM
-    for i in range(m.custom_impulses):
-        m.amplitude[i] = m.custom_amplitude[i] / total
-        m.delay[i] = m.custom_delay[i]
-    m.impulses = m.custom_impulses
-    return 0
-
-
-def first_shaped_mode(m: InputShaper) -> int:
-    """Index of the first mode that is shaped; 0 if none is."""
-    for mode in range(m.modes):
-        if m.shape_mode[mode]:
-            return mode
-    return 0
 
 
 def is_retuned(m: InputShaper) -> bool:

@@ -29,7 +29,7 @@ _QUESTIONS = (
     Question("span_of", "kind, m, duration", "span", "duration", "What the move takes of the duration."),
     Question("cruise_time", "kind, m, duration, ramp", "cruise_time", "0.0", "Distance over cruise speed, 0 without cruise."),
 )
-_HOST = ("shaper_fmu.commands.motion_profile", Component)
+_HOST = (("shaper_fmu.commands.motion_profile",), Component)
 _found = find_methods("shaper_fmu.profiles", "shaper_fmu.profiles", ProfileMethod, _QUESTIONS, _HOST)
 
 PROFILES = {one.record.name: one.record for one in _found}

@@ -17,7 +17,7 @@ _QUESTIONS = (
     Question("jumps_at_end", "kind", "jumps_at_end", "False", "Whether the reference jumps at the end of the travel."),
     Question("keeps_width", "kind", "keeps_width", "False", "Whether it heeds the least width itself."),
 )
-_HOST = ("shaper_fmu.commands.pulse_train", PulseWorkspace)
+_HOST = (("shaper_fmu.commands.pulse_train",), PulseWorkspace)
 _found = find_methods("shaper_fmu.pulses", "shaper_fmu.pulse_designs", PulseMethod, _QUESTIONS, _HOST)
 
 PULSES = {one.record.name: one.record for one in _found}

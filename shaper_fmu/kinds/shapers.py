@@ -17,7 +17,7 @@ _QUESTIONS = (
     Question("impulses_of", "kind, m, damping_ratio", "impulses", "0", "The sequence of this kind; see ShaperMethod.impulses."),
     Question("is_solved", "kind", "solved", "False", "Whether this kind solves equations."),
 )
-_HOST = ("shaper_fmu.commands.input_shaper", DesignWorkspace)
+_HOST = (("shaper_fmu.commands.input_shaper", "shaper_fmu.commands.limited_shaper"), DesignWorkspace)
 _found = find_methods("shaper_fmu.shapers", "shaper_fmu.shapers", ShaperMethod, _QUESTIONS, _HOST, RESERVED)
 _solved = [name for one in _found if one.record.solved for name in one.record.parameters]
 

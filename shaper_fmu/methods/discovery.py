@@ -8,7 +8,7 @@ import importlib.util
 import inspect
 import keyword
 import pkgutil
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from types import ModuleType
 from typing import Any, Generic, TypeVar
 
@@ -26,16 +26,17 @@ def find_methods(
     group: str,
     kind: type[M],
     questions: Collection[Question],
-    host: tuple[str, type[Component]],
+    host: tuple[Sequence[str], type[Component]],
     reserved: Mapping[str, int] | None = None,
 ) -> list[Found[M]]:
     """All methods of a kind by rising number: those in the modules of `package`, and those that entry points of `group` name.
 
-    `host` is the component whose parameters theirs become: its module, which imports what is found here, and its base.
+    `host` are the components whose parameters theirs become: their modules, which import what is found here, and their base.
     `reserved` are items of the enumeration that are no methods. Raises ComponentError for a method of shaper-fmu's own that
     cannot be used; another package's is left out with a warning.
     """
-    known = _Known(package, questions, declared_names(host[0]) | set(dir(host[1])), reserved or {})
+    declared = set[str]().union(*map(declared_names, host[0]))
+    known = _Known(package, questions, declared | set(dir(host[1])), reserved or {})
     for module in modules_of(package):
         for one in _records(module, kind):
             known.add(one, foreign=False)

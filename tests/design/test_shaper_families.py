@@ -9,10 +9,11 @@ import random
 import pytest
 from compiled_kernels import Kernels, record_of
 
-from shaper_fmu.commands.input_shaper import NO_SOLUTION, InputShaper
+from shaper_fmu.commands.input_shaper import InputShaper
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError
+from shaper_fmu.kinds.all_modes import NO_SOLUTION
 from shaper_fmu.kinds.shapers import Shaper
 
 T = 2.0 * math.pi  # period of 1 rad/s

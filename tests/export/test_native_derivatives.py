@@ -196,6 +196,10 @@ def test_the_derivative_of_a_move_with_respect_to_the_time_is_its_velocity():
     assert found[0] == pytest.approx(velocity, rel=1e-8)
 
 
+JUMPING = {("LimitedShaper", "acceleration")}
+"""Outputs that jump with an input, so that they have no derivative there, besides the times of events."""
+
+
 @both_versions
 @pytest.mark.parametrize("name", components())
 def test_derivatives_are_differences_of_outputs_that_an_importer_can_take(name, fmi):
@@ -203,7 +207,7 @@ def test_derivatives_are_differences_of_outputs_that_an_importer_can_take(name, 
     host = running(name, fmi, False, {}, steps=7)
     inputs = [v for v in host.variables if v.causality == "input" and v.type in ("Real", "Float64")]
     reals = [v for v in host.variables if v.causality == "output" and v.type in ("Real", "Float64") and host.size(v) == 1]
-    outputs = [v.name for v in reals if v.name != "next_event_time"]  # which jumps
+    outputs = [v.name for v in reals if v.name != "next_event_time" and (name, v.name) not in JUMPING]
     before = host.all_values()
     for known in (v.name for v in inputs if host.size(v) == 1):
         status, found = asked(host, outputs, {known: 1.0})

@@ -32,6 +32,13 @@ NAMES = {
         "output": "shaped shaped_mean pending next_event_time settled",
         "parameter": "shaper damping_ratio damping_rope_length gravity remainder_tolerance initial_command",
     },
+    "LimitedShaper": {
+        "input": "command",
+        "output": "position velocity acceleration next_event_time settled",
+        "parameter": "command_is max_velocity max_acceleration max_jerk shaper modes natural_frequency damping_ratio shape_mode "
+        "vibration_tolerance custom_impulses custom_amplitude custom_delay initial_position",
+        "calculatedParameter": "duration impulses insensitivity smoothing",
+    },
     "MotionProfile": {
         "output": "position velocity acceleration moving next_event_time",
         "parameter": "profile distance duration start_time natural_frequency damping_ratio max_velocity max_acceleration",
@@ -84,6 +91,7 @@ def test_the_public_names_are_there(name):
             "um_ei=14 miszv=15",
         ),
         ("HoistingShaper", "shaper", "zv=1 zvd=2"),
+        ("LimitedShaper", "command_is", "position=1 speed=2"),
         ("MotionProfile", "profile", "step=1 trapezoid=2 cycloid=3 polynomial_345=4 cycloid_versine_ramp=5 two_part=6 s_curve=7"),
         ("PulseTrain", "design", "carrier=1 carrier_polished=2 minimax=3 um_zv=4 um_zvd=5 zv_carrier=6"),
     ],

@@ -18,6 +18,7 @@ STEP = 0.0371
 CHOSEN: dict[str, dict[str, Any]] = {
     "HoistingShaper": {"shaper": 2, "damping_ratio": 0.04, "gravity": 40.0},
     "InputShaper": {"shaper": 3, "modes": 2, "natural_frequency[1]": 5.0, "natural_frequency[2]": 13.0, "damping_ratio[1]": 0.1},
+    "LimitedShaper": {"shaper": 3, "modes": 2, "natural_frequency[1]": 5.0, "natural_frequency[2]": 13.0},
     "MotionProfile": {"profile": 6, "duration": 3.1, "start_time": 0.2, "damping_ratio": 0.08, "natural_frequency": 5.5045},
     "FlexibleBeam": {"modes": 2, "tip_mass": 0.012, "modal_damping[1]": 0.01, "modal_damping[2]": 0.02},
     "MassSpringDamper": {"mass": 0.7, "damping": 0.9},
