@@ -12,6 +12,7 @@ import typer
 from shaper_fmu.cli import arguments as check
 from shaper_fmu.cli.fastest import design_fastest, write_segments
 from shaper_fmu.cli.modes import design_for_modes, write_plot
+from shaper_fmu.cli.profile import design_profile, modes_of, residual_blocks
 from shaper_fmu.component import Variable
 from shaper_fmu.console import out, show
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
@@ -160,6 +161,7 @@ def design(
     si: specified insensitivity from --low to --high. direct_zv, direct_zvd: two modes at once, shorter than convolved.
     fastest: the fastest move without vibration of all modes (-w 5 -w 14), within limits of speed, acceleration and jerk, and a
     proof that none is faster; from --low to --high it leaves at most --tolerance.
+    s_curve_modes: an S-curve without vibration of up to three modes (-w 5 -w 14), the shortest within the limits.
     With --low and --high, an upper bound of the residual vibration V is proven for all frequencies (and damping ratios) in between.
     With --modes, --tolerance is the share of the final values that may swing after the last impulse.
     Example: shaper-fmu design zvd --natural-frequency 5 --damping-ratio 0.1 --plot zvd.html
@@ -240,13 +242,13 @@ def _blocks(wanted: _Wanted) -> list[Block]:
         raise typer.BadParameter("give at least one", param_hint="--natural-frequency")
     mode = Mode(wanted.frequencies[0], wanted.ratios[0], wanted.tolerance)
     if wanted.kind in PROFILES:
-        from shaper_fmu.design.profiles import profile
         from shaper_fmu.report.moves import floor_blocks
 
-        options = {"max_velocity": wanted.max_velocity, "max_acceleration": wanted.max_acceleration}
-        options |= wanted.parameters(OF_PROFILES)
-        law = profile(wanted.kind, wanted.distance, wanted.duration, mode.natural_frequency, mode.damping_ratio, **options)
-        return [*profile_blocks(wanted.kind, law, mode), *floor_blocks(law, mode)]
+        modes = modes_of(wanted.frequencies, wanted.ratios)
+        limits = {"max_velocity": wanted.max_velocity, "max_acceleration": wanted.max_acceleration}
+        own = wanted.parameters(OF_PROFILES)
+        law = design_profile(wanted.kind, wanted.distance, wanted.duration, modes, limits, own)
+        return [*profile_blocks(wanted.kind, law, mode), *residual_blocks(law, modes), *floor_blocks(law, mode)]
     if wanted.kind in PULSES:
         pulses = _pulses(wanted)
         return [*_proven(wanted, pulses), *pulse_blocks(wanted.kind, pulses, mode)]

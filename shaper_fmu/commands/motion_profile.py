@@ -15,6 +15,7 @@ from shaper_fmu.kinds.profiles import (
     inner_events,
     inner_kink,
     inner_kinks,
+    least_duration,
     ramp_time,
     shortest_within,
     span_of,
@@ -35,6 +36,7 @@ from shaper_fmu.profiles.workspace import SegmentWorkspace
 TOO_SHORT = 1
 NEVER = 2
 IN_GAP = 3
+BELOW_PERIOD = 8
 
 BEFORE = 1.0 - 2.0**-53
 """Factor that gives the number before a positive one, on the left of an event."""
@@ -57,6 +59,8 @@ class MotionProfile(SegmentWorkspace):
         f"a step keeps to no limit, and where the velocity jumps ({JUMPING}) no acceleration limit is kept",
         IN_GAP: "with duration = {duration} s the profile exceeds max_velocity = {max_velocity} m/s; the shortest possible "
         "duration is {shortest_duration} s, but its speed rises again, and longer ones are possible from {possible_duration} s on",
+        BELOW_PERIOD: "duration = {duration} s is too short: this profile leaves the mode at rest only if it takes longer than "
+        "{possible_duration} s",
         NO_SEGMENTS: "the profile fastest is made of segments, and there are none: `shaper-fmu design fastest` and fastest_move "
         "design them for a mode and limits",
         SEGMENT_ORDER: "segment_end must rise from 0 over its first {segments} elements",
@@ -129,7 +133,10 @@ class MotionProfile(SegmentWorkspace):
         if gap_start < self.duration < gap_end:
             self.possible_duration = rounded_up(gap_end)
             return IN_GAP
-        self.ramp = ramp_time(self.profile, self, self.duration, velocity, acceleration)
+        self.possible_duration = least_duration(self.profile, self, self.natural_frequency, self.damping_ratio)
+        if self.duration <= self.possible_duration:
+            return BELOW_PERIOD
+        self.ramp = ramp_time(self.profile, self, self.duration, velocity, acceleration, self.natural_frequency, self.damping_ratio)
         return 0
 
     def step(self, t: float, h: float) -> None:

@@ -27,6 +27,7 @@ from shaper_fmu.design.pulses import minimax_pulses as minimax_pulses
 from shaper_fmu.design.pulses import polished_pulses as polished_pulses
 from shaper_fmu.design.pulses import unity_magnitude_pulses as unity_magnitude_pulses
 from shaper_fmu.design.pulses import zv_carrier_pulses as zv_carrier_pulses
+from shaper_fmu.design.s_curve import shortest_s_curve as shortest_s_curve
 from shaper_fmu.design.shapers import shaper as shaper
 from shaper_fmu.design.specified_bands import Band as Band
 from shaper_fmu.design.specified_bands import specified_insensitivity as specified_insensitivity

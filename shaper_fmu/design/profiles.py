@@ -53,7 +53,7 @@ class Profile:
         damping_ratio: damping ratio of that mode.
         max_velocity, max_acceleration: limits [m/s, m/s2], 1e300 for none.
         shortest_duration: shortest duration that the limits permit [s], 0 without limits.
-        ramp: time of a trapezoid's ramp or of an S-curve's segment [s], 0 for the others.
+        ramp: time of a trapezoid's ramp, a pulse of acceleration or an S-curve's segment [s], 0 for the others.
         parameters: the profiles' own parameters, names and values.
     """
 
@@ -97,7 +97,8 @@ class Profile:
     @property
     def jumps(self) -> tuple[float, ...]:
         """Times at which position, velocity or acceleration jumps [s], rising."""
-        ends = {0.0, self.duration} if PROFILES[self.kind.name].jumps_at_ends else set()
+        method = PROFILES[self.kind.name]
+        ends = {0.0, self.duration} if method.jumps_at_ends else {0.0} if method.jumps_at_start else set()
         if self.kind == ProfileKind.fastest:
             ends = {t for t in ends if abs(self._unit(min(t, math.nextafter(self.duration, 0.0)))[2]) > _REST * self._peak(1)}
         count = inner_events(self.kind, self._record)

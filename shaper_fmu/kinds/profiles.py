@@ -21,7 +21,14 @@ _QUESTIONS = (
         "0.0, 0.0, 0.0",
         "Shortest duration within limits, and the ends of a gap of forbidden longer ones.",
     ),
-    Question("ramp_time", "kind, m, duration, max_velocity, max_acceleration", "ramp", "0.0", "A time that the limits decide."),
+    Question(
+        "ramp_time",
+        f"kind, m, duration, max_velocity, max_acceleration, {_MODE}",
+        "ramp",
+        "0.0",
+        "A time that the limits or the mode decide.",
+    ),
+    Question("least_duration", f"kind, m, {_MODE}", "least", "0.0", "What the duration must exceed."),
     Question("inner_event", "kind, m, i, duration, ramp", "event", "duration", "Time of the i-th jump within the move."),
     Question("inner_events", "kind, m", "events", "2", "How many of these there can be."),
     Question("inner_kink", "kind, m, i, duration, ramp", "kink", "duration", "Time of the i-th kink within the move."),
@@ -34,7 +41,11 @@ _found = find_methods("shaper_fmu.profiles", "shaper_fmu.profiles", ProfileMetho
 
 PROFILES = {one.record.name: one.record for one in _found}
 """The methods' records by name, by rising number."""
-_jumping = [name for name, record in PROFILES.items() if record.jumps_at_ends and record.span is None and record.event is None]
+_jumping = [
+    name
+    for name, record in PROFILES.items()
+    if record.jumps_at_start or (record.jumps_at_ends and record.span is None and record.event is None)
+]
 PACKED_SOURCE = module_text(
     "ProfileKind",
     {},
@@ -61,6 +72,14 @@ if TYPE_CHECKING:
         two_part = 6
         s_curve = 7
         fastest = 8
+        ramp = 9
+        cycloid_ramp = 10
+        versine_ramp = 11
+        cycloid_cruise = 12
+        constant_acceleration = 13
+        trapezoidal_acceleration = 14
+        exponential = 15
+        s_curve_modes = 16
 
     PARAMETERS: Mapping[str, Variable[Any]]
     FURTHER_PARAMETERS: Mapping[str, Variable[Any]]
@@ -80,7 +99,17 @@ if TYPE_CHECKING:
         kind: int, m: Any, max_velocity: float, max_acceleration: float, natural_frequency: float, damping_ratio: float
     ) -> Three: ...
 
-    def ramp_time(kind: int, m: Any, duration: float, max_velocity: float, max_acceleration: float) -> float: ...
+    def ramp_time(
+        kind: int,
+        m: Any,
+        duration: float,
+        max_velocity: float,
+        max_acceleration: float,
+        natural_frequency: float,
+        damping_ratio: float,
+    ) -> float: ...
+
+    def least_duration(kind: int, m: Any, natural_frequency: float, damping_ratio: float) -> float: ...
 
     def inner_event(kind: int, m: Any, i: int, duration: float, ramp: float) -> float: ...
 

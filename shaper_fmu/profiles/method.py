@@ -21,7 +21,8 @@ class ProfileMethod(Method):
         peaks: peak speed [1/s] and acceleration [1/s2], infinite where their integral jumps.
         shortest: the shortest duration [s] within the limits, of which one at least is given, and the ends of a gap of
             forbidden longer ones, (0, 0) without; 1e300 where no duration will do.
-        ramp: a time [s] that the limits decide, such as that of a trapezoid's ramp; without it 0.
+        ramp: a time [s] that the limits or the mode decide, such as that of a trapezoid's ramp; without it 0.
+        least: the duration [s] that the move must exceed to leave the mode at rest; without it 0.
         event: time [s] of the i-th jump of the acceleration within the move; without it there is none.
         events: how many there are; without it two. Those that equal the duration are none.
         kink: time [s] of the i-th kink of the acceleration within the move; without it there is none.
@@ -30,12 +31,15 @@ class ProfileMethod(Method):
         cruise_time: distance over cruise speed [s]; without it, or where it is 0, there is no cruise.
         constant: outputs of MotionProfile that are constant between the jumps, such as the acceleration of a trapezoid.
         jumps_at_ends: whether position, velocity or acceleration jumps at the start and at the end.
+        jumps_at_start: whether they jump at the start alone.
+        tuned: whether `tune` and `choose` try it: not those that are there for comparison, or for more than one mode.
     """
 
     move: FunctionType
     peaks: FunctionType
     shortest: FunctionType
     ramp: FunctionType | None = None
+    least: FunctionType | None = None
     event: FunctionType | None = None
     events: FunctionType | int | None = None
     kink: FunctionType | None = None
@@ -44,3 +48,5 @@ class ProfileMethod(Method):
     cruise_time: FunctionType | None = None
     constant: tuple[str, ...] = ()
     jumps_at_ends: bool = False
+    jumps_at_start: bool = False
+    tuned: bool = True

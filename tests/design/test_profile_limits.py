@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from profile_cases import (
+    BY_LIMITS,
+    JUMPING,
     SMOOTH,
     events,
     pieces,
@@ -24,7 +26,7 @@ from shaper_fmu.profiles.s_curve_limits import s_curve_peaks
 
 
 def shortest_within(kind, speed, hardness, w, zeta) -> Profile:
-    acceleration = {} if kind in (ProfileKind.cycloid_versine_ramp, ProfileKind.two_part) else {"max_acceleration": hardness}
+    acceleration = {} if kind in JUMPING else {"max_acceleration": hardness}
     return profile(kind, 1.5, None, w, zeta, max_velocity=speed, **acceleration)
 
 
@@ -39,7 +41,7 @@ def test_limits_are_kept_at_the_shortest_duration_and_broken_below(kind, speed, 
         assert np.abs(law.acceleration(t)).max() <= hardness * (1 + 1e-12)
     with pytest.raises(ComponentError, match=r"the shortest possible duration is [0-9.e+-]+ s"):
         profile(kind, 1.5, law.duration * (1 - 1e-9), w, zeta, law.max_velocity, law.max_acceleration)
-    if kind not in (ProfileKind.trapezoid, ProfileKind.s_curve):  # these depend on the duration alone
+    if kind not in BY_LIMITS:  # the others depend on the duration alone
         for shorter in law.duration * np.array([1 - 1e-9, 0.99, 0.9, 0.7, 0.5, 0.2]):
             other = profile(kind, 1.5, shorter, w, zeta)
             assert other.peak_velocity > speed or hardness < other.peak_acceleration < math.inf
@@ -109,7 +111,7 @@ def test_peak_speed_of_cycloid_versine_ramp_is_not_monotone_and_the_shortest_dur
 @given(st.sampled_from(SMOOTH), st.floats(0.01, 100.0), st.floats(0.01, 100.0), st.floats(0.01, 30.0))
 def test_the_duration_that_the_message_names_is_possible(kind, distance, speed, hardness):
     limits = {"max_velocity": speed}
-    if kind not in (ProfileKind.cycloid_versine_ramp, ProfileKind.two_part):
+    if kind not in JUMPING:
         limits["max_acceleration"] = hardness
     with pytest.raises(ComponentError) as caught:
         profile(kind, distance, 1e-7, **limits)

@@ -13,6 +13,7 @@ from profile_cases import (
     DISTANCE,
     DURATION,
     FORMULAS,
+    JUMPING,
     ZETA,
     W,
     laws,
@@ -20,7 +21,6 @@ from profile_cases import (
     profile_at,
 )
 
-from shaper_fmu.commands.motion_profile import ProfileKind
 from shaper_fmu.design.profiles import profile
 
 
@@ -63,7 +63,7 @@ def test_what_is_declared_a_jump_is_one(law):
     for jump in law.jumps:
         before, after = np.nextafter(jump, -1.0), jump
         leap = [
-            abs(v(after) - v(before)) / np.abs(v(np.linspace(0.0, law.duration, 300))).max()
+            abs(v(after) - v(before)) / max(1e-300, np.abs(v(np.linspace(0.0, law.duration, 300))).max())
             for v in (law.velocity, law.acceleration)
         ]
         assert max(leap) > 1e-5
@@ -90,7 +90,7 @@ def test_peaks_are_those_of_a_dense_sampling(law):
         assert np.abs(law.acceleration(t)).max() == pytest.approx(law.peak_acceleration, rel=2e-4)
         assert np.abs(law.acceleration(t)).max() <= law.peak_acceleration * (1 + 1e-12)
     else:
-        assert law.kind in (ProfileKind.cycloid_versine_ramp, ProfileKind.two_part)
+        assert law.kind in JUMPING
 
 
 @pytest.mark.parametrize("kind", FORMULAS)

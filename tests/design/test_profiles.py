@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 from compiled_kernels import Kernels, record_of
 from profile_cases import (
+    BY_LIMITS,
     DISTANCE,
     DURATION,
     FORMULAS,
+    JUMPING,
+    SMOOTH,
     START,
     ZETA,
     W,
@@ -25,6 +28,8 @@ from shaper_fmu.commands.motion_profile import MotionProfile, ProfileKind
 from shaper_fmu.component import NO_EVENT
 from shaper_fmu.design.profiles import profile
 from shaper_fmu.kinds.profiles import PROFILES
+
+PERIOD = 2 * math.pi / W
 
 
 def test_cycloid_versine_ramp_is_the_papers_formula():
@@ -55,10 +60,10 @@ def test_short_profiles_are_not_monotone_as_the_paper_shows(duration, top, place
     assert position[peak:].min() == pytest.approx(bottom, abs=5e-5)
 
 
-@pytest.mark.parametrize("kind", ["trapezoid", "cycloid", "polynomial_345", "cycloid_versine_ramp", "two_part"])
+@pytest.mark.parametrize("kind", [kind.name for kind in SMOOTH])
 def test_velocity_and_acceleration_are_the_derivatives(kind):
     h = 1e-5
-    s = START + np.array([0.031, 0.077, 0.139, 0.1618, 0.22, 0.287])
+    s = START + np.array([0.031, 0.077, 0.1395, 0.1618, 0.22, 0.287])
     before, at, after = (profile_at(s + offset, profile=kind) for offset in (-h, 0.0, h))
     assert at[1] == pytest.approx((after[0] - before[0]) / (2 * h), rel=1e-5, abs=1e-6)
     assert at[2] == pytest.approx((after[1] - before[1]) / (2 * h), rel=1e-5, abs=1e-4)
@@ -83,6 +88,9 @@ def test_before_and_after_the_move_everything_rests(kind):
         ("cycloid", [START, START + DURATION]),
         ("cycloid_versine_ramp", [START, START + DURATION]),
         ("two_part", [START, START + DURATION]),
+        ("cycloid_cruise", [START, START + DURATION]),
+        ("constant_acceleration", [START, START + DURATION - PERIOD, START + PERIOD, START + DURATION]),
+        ("exponential", [START, START + DURATION]),
     ],
 )
 def test_jumps_are_announced(kind, expected):
@@ -120,7 +128,7 @@ def test_an_event_within_rounding_of_a_communication_point_is_taken_from_the_rig
 def test_each_kind_compiled_gives_the_same_bits(kind):
     compiled = Kernels(MotionProfile)
     rng = random.Random(int(kind))
-    jumping = kind in (ProfileKind.step, ProfileKind.cycloid_versine_ramp, ProfileKind.two_part)
+    jumping = kind == ProfileKind.step or kind in JUMPING
     statuses = set()
     for i in range(24):
         limits = {} if kind == ProfileKind.step and i % 2 else {"max_velocity": rng.uniform(0.5, 4.0)}
@@ -130,7 +138,7 @@ def test_each_kind_compiled_gives_the_same_bits(kind):
         statuses.add(component.start() or 0)
         assert compiled.start(record) == (component.start() or 0)
         assert record_of(component).tobytes() == record.tobytes()
-        for k in range(30 if component.ramp or jumping or kind < ProfileKind.s_curve else 0):
+        for k in range(30 if component.ramp or kind not in BY_LIMITS else 0):
             component.step(0.11 * k, 0.11)
             compiled.step(record, 0.11 * k, 0.11)
             assert record_of(component).tobytes() == record.tobytes()
@@ -200,7 +208,7 @@ def test_what_is_declared_as_constant_between_jumps_is_and_nothing_else(kind):
         component.do_step(ends[-2], ends[-1] - ends[-2])
     varies = np.zeros(3, bool)
     for begin, end in pairwise([*ends, ends[-1] + DURATION]):
-        values = profile_at(begin + (end - begin) * np.array([0.1, 0.3, 0.6, 0.9]), profile=kind, damping_ratio=0.0)
+        values = profile_at(begin + (end - begin) * np.array([0.03, 0.1, 0.3, 0.6, 0.9, 0.97]), profile=kind)
         varies |= np.ptp(values, axis=1) > 1e-9
     names = np.array(["position", "velocity", "acceleration"])
     assert set(names[~varies]) == set(PROFILES[kind].constant)

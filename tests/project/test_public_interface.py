@@ -92,7 +92,13 @@ def test_the_public_names_are_there(name):
         ),
         ("HoistingShaper", "shaper", "zv=1 zvd=2"),
         ("LimitedShaper", "command_is", "position=1 speed=2"),
-        ("MotionProfile", "profile", "step=1 trapezoid=2 cycloid=3 polynomial_345=4 cycloid_versine_ramp=5 two_part=6 s_curve=7"),
+        (
+            "MotionProfile",
+            "profile",
+            "step=1 trapezoid=2 cycloid=3 polynomial_345=4 cycloid_versine_ramp=5 two_part=6 s_curve=7 "
+            "fastest=8 ramp=9 cycloid_ramp=10 versine_ramp=11 cycloid_cruise=12 constant_acceleration=13 "
+            "trapezoidal_acceleration=14 exponential=15 s_curve_modes=16",
+        ),
         ("PulseTrain", "design", "carrier=1 carrier_polished=2 minimax=3 um_zv=4 um_zvd=5 zv_carrier=6"),
     ],
 )

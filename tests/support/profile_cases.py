@@ -12,7 +12,8 @@ from scipy.optimize import brentq
 
 from shaper_fmu.commands.motion_profile import MotionProfile, ProfileKind
 from shaper_fmu.component import NO_EVENT
-from shaper_fmu.design.profiles import profile
+from shaper_fmu.design.profiles import Profile, profile
+from shaper_fmu.kinds.profiles import PROFILES
 
 FREQUENCY = 22.048710
 """First mode of the beam of Ozokutan, Karadag, Kapucu and Kutuk 2025 [rad/s]."""
@@ -21,8 +22,22 @@ FORMULAS = [kind for kind in ProfileKind if kind != ProfileKind.fastest]
 """The profiles that are formulas of their duration; that of segments has tests of its own."""
 SMOOTH = [kind for kind in FORMULAS if kind != ProfileKind.step]
 
+JUMPING = {
+    ProfileKind[name] for name in ("cycloid_versine_ramp", "two_part", "ramp", "cycloid_ramp", "versine_ramp", "exponential")
+}
+"""Those whose velocity jumps: they keep no limit of the acceleration."""
+BY_LIMITS = {kind for kind in SMOOTH if PROFILES[kind.name].ramp is not None}
+"""Those whose form depends on the limits, too."""
+
+
+def law_of(kind: ProfileKind, distance: float, duration: float, w: float, zeta: float, **limits: float) -> Profile:
+    """A profile; where a mode must have a shorter period than the duration, it has."""
+    least = PROFILES[kind.name].least is not None
+    return profile(kind, distance, duration, max(w, 2.2 * math.pi / duration) if least else w, zeta, **limits)
+
+
 laws = st.builds(
-    profile,
+    law_of,
     st.sampled_from(SMOOTH),
     st.floats(0.01, 20.0) | st.floats(-20.0, -0.01),
     st.floats(0.3, 5.0),

@@ -14,7 +14,7 @@ NEGATIVE = tuple(name for name, method in SHAPERS.items() if method.negative)
 """Shapers with negative impulses: the actuator must follow jumps that are larger than the command's."""
 POSITIVE = tuple(name for name, method in SHAPERS.items() if not method.negative)
 OFFLINE = ("si", "direct_zv", "direct_zvd")
-PROFILES = tuple(name for name, method in METHODS.items() if method.span is None)
+PROFILES = tuple(name for name, method in METHODS.items() if method.span is None and method.tuned)
 KNOWN = (*POSITIVE, *NEGATIVE, *OFFLINE, *PROFILES)
 
 
