@@ -21,7 +21,7 @@ from trial_runs import PARAMETERS, stimuli
 from shaper_fmu.commands.pulse_train import Design
 from shaper_fmu.component import NO_EVENT, Component
 from shaper_fmu.integration import Integrated
-from shaper_fmu.kinds.profiles import ProfileKind
+from shaper_fmu.kinds.profiles import PROFILES, ProfileKind
 from shaper_fmu.registry import components
 
 END = 1.5
@@ -29,13 +29,20 @@ INPUT_TIMES = (0.0, 0.31, 0.9)
 FREQUENCY = 3.0
 MOVE = {"duration": 1.1, "start_time": 0.13, "distance": -0.7, "natural_frequency": 5.5, "damping_ratio": 0.08}
 LIMITED = {**MOVE, "max_velocity": 0.8}
+
+
+def moved(kind: ProfileKind) -> dict[str, float]:
+    """A mode whose period is shorter than the move, where it must be."""
+    return {"natural_frequency": 7.0} if PROFILES[kind.name].least else {}
+
+
 PULSES = {"duration": 0.5, "start_time": 0.13, "natural_frequency": 8.0, "damping_ratio": 0.05, "frequency_ratio": 5.0}
 LONGEST = 0.02
 """Longest step of the solver [s], of components that are not faster."""
 FASTEST = 0.5
 """And its product with the plant's fastest eigenvalue, so that the error falls with the fourth power."""
 CASES: list[tuple[str, dict[str, Any]]] = [
-    *[("MotionProfile", {**MOVE, "profile": int(kind)}) for kind in ProfileKind if kind != ProfileKind.fastest],
+    *[("MotionProfile", {**MOVE, **moved(kind), "profile": int(kind)}) for kind in ProfileKind if kind != ProfileKind.fastest],
     ("MotionProfile", {**LIMITED, "profile": int(ProfileKind.trapezoid)}),
     ("MotionProfile", {**LIMITED, "profile": int(ProfileKind.s_curve), "distance": -0.4}),
     ("MotionProfile", {**MOVE, "profile": int(ProfileKind.trapezoid), "start_time": 0.0}),
