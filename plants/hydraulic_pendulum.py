@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from shaper_fmu.component import Calculated, Input, Local, Output, Parameter, State, Variable
 from shaper_fmu.integration import Integrated, integrate
-from shaper_fmu.plants.servo_hydraulics import free_speed, makeup, port_flow, resting_pressure, resting_spool
+from shaper_fmu.plants.servo_hydraulics import free_speed, makeup, port_flow, relief, resting_pressure, resting_spool
 from shaper_fmu.variable import Array
 
 AT_THE_END = 1
@@ -34,8 +34,9 @@ class HydraulicPendulum(Integrated):
     - (m_s + m_p) x'' + m_p l/2 (theta'' cos theta - theta'^2 sin theta) + c_x x' = P1 A1 - P2 A2,
     - m_p l^2/3 theta'' + m_p l/2 cos theta x'' + c_p theta' + m_p g l/2 sin theta = 0,
     - V1 P1' = beta (Q1 - A1 x'), V2 P2' = beta (Q2 + A2 x'), V1 = V0 + A1 (S/2 + x), V2 = V0 + A2 (S/2 - x),
-    - Q1, Q2: turbulent flow through four matched metering edges, the laminar leakage past the piston, and what the make-up
-      valves (check valves from the return line) let in while a chamber's pressure is below the return pressure,
+    - Q1, Q2: turbulent flow through four matched metering edges, the laminar leakage past the piston, what the make-up
+      valves (check valves from the return line) let in while a chamber's pressure is below the return pressure, less what
+      the relief valves let out into the return line while it is above theirs,
     - spool: two equal lags in series (second order, critically damped), driven by the limited command
       Kp (reference - x) + the trim that holds the slide at the reference at rest.
 
@@ -99,6 +100,12 @@ class HydraulicPendulum(Integrated):
     leakage: Variable[float] = Parameter(1e-12, "m3/s/Pa", "laminar leakage past the piston", min=0.0)
     makeup_conductance: Variable[float] = Parameter(
         5e-9, "m3/s/Pa", "flow through a make-up valve per pressure difference, 0 for none", min=0.0
+    )
+    relief_ratio: Variable[float] = Parameter(
+        1.2, "", "pressure at which the relief valves of both chambers open, share of the supply pressure", min=1.0
+    )
+    relief_conductance: Variable[float] = Parameter(
+        2e-10, "m3/s/Pa", "flow through a relief valve per pressure above the one at which it opens, 0 for none", min=0.0
     )
     supply_pressure: Variable[float] = Parameter(
         1e7, "Pa", "supply pressure, absolute", min=0.0, exclusive=True, published=(1e6, None)
@@ -284,6 +291,8 @@ def write_pressures(m: HydraulicPendulum, x: Array, slope: Array) -> None:
     check = m.makeup_conductance * m.supply_pressure
     first_flow = m.edge_flow * port_flow(x[7], m.null_opening, x[4], back) + check * makeup(x[4], back) - leak
     second_flow = m.edge_flow * port_flow(-x[7], m.null_opening, x[5], back) + check * makeup(x[5], back) + leak
+    first_flow -= m.relief_conductance * m.supply_pressure * relief(x[4], m.relief_ratio)
+    second_flow -= m.relief_conductance * m.supply_pressure * relief(x[5], m.relief_ratio)
     first_volume = m.dead_volume + m.piston_area * (0.5 * m.stroke + x[0])
     second_volume = m.dead_volume + m.annulus_area * (0.5 * m.stroke - x[0])
     stiffness = m.bulk_modulus / m.supply_pressure

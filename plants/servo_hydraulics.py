@@ -41,10 +41,19 @@ def port_flow(spool: float, null_opening: float, pressure: float, return_pressur
 
 def makeup(pressure: float, return_pressure: float) -> float:
     """Pressure difference that drives oil through a make-up valve: 0 above the return pressure, and smooth there."""
-    lack = return_pressure - pressure
-    if lack <= 0.0:
+    return past_valve(return_pressure - pressure)
+
+
+def relief(pressure: float, cracking_pressure: float) -> float:
+    """Pressure difference that drives oil through a relief valve: 0 below its cracking pressure, and smooth there."""
+    return past_valve(pressure - cracking_pressure)
+
+
+def past_valve(excess: float) -> float:
+    """What of a pressure beyond a valve's opening pressure drives oil through it: all, short of TURBULENT_FROM; else nothing."""
+    if excess <= 0.0:
         return 0.0
-    return lack * lack / (lack + TURBULENT_FROM)
+    return excess * excess / (excess + TURBULENT_FROM)
 
 
 def resting_pressure(own_area: float, other_area: float, return_pressure: float) -> float:

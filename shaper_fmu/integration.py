@@ -20,6 +20,7 @@ TOLERANCE = 1e-10
 """Tolerated local error of each state: TOLERANCE (1 + |x|), in the state's SI unit."""
 
 INTEGRATION_FAILED = 90
+MARGIN_SPENT = 91
 _SHORTEST = 1e-12
 _MOST_SUBSTEPS = 1_000_000
 
@@ -36,12 +37,13 @@ class Integrated(Component):
     slope: Variable[list[float]] = State(size=STATES)
     slopes: Variable[list[float]] = State(size=STATES * STAGES)
     substep: Variable[float] = State(0.0)  # kept over the steps, as the first guess
+    margin: Variable[float] = State(1.0)  # where `derivatives` writes it: the equations hold while it is positive
 
 
 def integrate(m: Plant, derivatives: Derivatives[Plant], states: int, h: float) -> int:
     """Advance the first `states` of m.x by h > 0; `derivatives(m, s, x, slope)` writes the slopes at s in [0, h].
 
-    Returns 0, or INTEGRATION_FAILED.
+    Returns 0, INTEGRATION_FAILED, or MARGIN_SPENT, with m.x at the end of the first substep at which m.margin is not positive.
     """
     s = 0.0
     if m.substep <= 0.0:
@@ -53,6 +55,8 @@ def integrate(m: Plant, derivatives: Derivatives[Plant], states: int, h: float) 
         if error <= 1.0:
             for i in range(states):
                 m.x[i] = m.x_stage[i]
+            if m.margin <= 0.0:  # of the last stage, which is the end of this substep
+                return MARGIN_SPENT
             s += trial
             if last:
                 if trial == m.substep:

@@ -15,7 +15,8 @@ from scipy.optimize import brentq
 
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.master.system import System
-from shaper_fmu.plants.flexible_beam import FlexibleBeam, frequency_parameter
+from shaper_fmu.plants.beam_modes import frequency_parameter
+from shaper_fmu.plants.flexible_beam import FlexibleBeam
 
 RATIOS = [0.0, 0.75, 5.0]
 

@@ -34,7 +34,13 @@ def flows(plant, p1, p2, spool):
     check1, check2 = (plant.makeup_conductance * lack**2 / (lack + 1e-3 * supply) for lack in (lack1, lack2))
     q1 = whole * (orifice(ahead, supply - p1, supply) - orifice(behind, p1 - back, supply)) - past + check1
     q2 = whole * (orifice(behind, supply - p2, supply) - orifice(ahead, p2 - back, supply)) + past + check2
-    return q1, q2
+    return q1 - relieved(plant, p1), q2 - relieved(plant, p2)
+
+
+def relieved(plant, pressure):
+    """Flow out of a chamber through its relief valve [m3/s]."""
+    excess = np.maximum(pressure - plant.relief_ratio * plant.supply_pressure, 0.0)
+    return plant.relief_conductance * excess**2 / (excess + 1e-3 * plant.supply_pressure)
 
 
 def slopes(t, y, plant, reference):

@@ -22,11 +22,13 @@ MOVES = {
     "MassSpringDamper": ("force", [(0.0, 1.0)]),
     "FlexibleBeam": ("base_acceleration", [(0.0, 1.0), (0.5, -1.0), (1.0, 0.0)]),
     "OverheadCrane": ("trolley_acceleration", [(0.0, 0.5), (2.0, -0.5), (4.0, 0.0)]),
+    "DoublePendulumCrane": ("trolley_acceleration", [(0.0, 0.5), (2.0, -0.5), (4.0, 0.0)]),
+    "RotatingBeam": ("hub_acceleration", [(0.0, 1.0), (0.5, -1.0), (1.0, 0.0)]),
     "ThreeMassChain": ("force", [(0.0, 1.0), (0.5, -1.0), (1.0, 0.0)]),
     "HydraulicPendulum": ("reference_position", [(0.0, 0.0), (0.5, 0.01)]),
 }
 """An input of each plant, and its values from these times on."""
-JUMPING = ("acceleration", "tip_acceleration")
+JUMPING = ("acceleration", "tip_acceleration", "hub_torque", "rope_tension", "sling_tension")
 
 
 def simulated(name: str, fmi: int, kind: str, tolerance: float | None, interval: float) -> dict[str, np.ndarray]:

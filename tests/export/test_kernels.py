@@ -63,7 +63,7 @@ def every_item(component: type[Component]) -> list[dict]:
 
 
 def compare(component: type[Component], native: Kernels, values: dict, rng: random.Random) -> None:
-    """The whole record over random inputs and steps; values that do not fit together are refused by both."""
+    """The whole record over random inputs and steps; what one refuses, at the start or on the way, the other refuses, too."""
     plain = component(**values)
     record = record_of(plain)
     try:
@@ -80,7 +80,11 @@ def compare(component: type[Component], native: Kernels, values: dict, rng: rand
                 setattr(plain, variable.name, value if variable.size is None else [value] * variable.size)
                 record[variable.name] = value
         h = rng.choice([0.0, 0.01, 0.013, 0.05])
-        plain.do_step(t, h)
+        try:
+            plain.do_step(t, h)
+        except ComponentError:
+            assert native.step(record, t, h) != 0
+            return
         assert native.step(record, t, h) == 0
         expected = record_of(plain)
         for field in expected.dtype.names or ():

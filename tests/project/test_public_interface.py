@@ -66,9 +66,22 @@ NAMES = {
     },
     "OverheadCrane": {
         "input": "trolley_acceleration hoist_speed",
-        "output": "trolley_position rope_length swing_angle swing_rate load_position",
-        "parameter": "initial_rope_length damping_ratio gravity",
+        "output": "trolley_position rope_length swing_angle swing_rate load_position rope_tension",
+        "parameter": "initial_rope_length damping_ratio gravity load_mass",
         "calculatedParameter": "natural_frequency",
+    },
+    "DoublePendulumCrane": {
+        "input": "trolley_acceleration hoist_speed",
+        "output": "trolley_position rope_length hook_angle load_angle hook_offset load_offset hook_position load_position "
+        "mode_frequency rope_tension sling_tension",
+        "parameter": "initial_rope_length sling_length hook_mass load_mass damping_ratio gravity",
+        "calculatedParameter": "natural_frequency",
+    },
+    "RotatingBeam": {
+        "input": "hub_acceleration",
+        "output": "hub_angle tip_deflection tip_position tip_acceleration hub_torque",
+        "parameter": "hub_radius length thickness width youngs_modulus beam_mass tip_mass modes modal_damping",
+        "calculatedParameter": "natural_frequency participation",
     },
 }
 

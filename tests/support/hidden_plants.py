@@ -54,6 +54,25 @@ def overhead_crane(rng: np.random.Generator) -> Hidden:
     return Hidden(values, "trolley_acceleration", ["swing_angle"], swinging(np.array([[0.0, 1.0], [-w * w, -2.0 * zeta * w]])))
 
 
+def double_pendulum_crane(rng: np.random.Generator) -> Hidden:
+    """Small swings of both angles: M and K by Lagrange's equations, and C = 2 zeta (K + w1 w2 M)/(w1 + w2)."""
+    upper, lower, ratio = rng.uniform(2.0, 10.0), rng.uniform(1.0, 3.0), _log(rng, 0.3, 5.0)
+    zeta = _log(rng, 0.006, 0.1)
+    mass = np.array([[(1.0 + ratio) * upper * upper, ratio * upper * lower], [ratio * upper * lower, ratio * lower * lower]])
+    stiffness = np.diag([(1.0 + ratio) * 9.81 * upper, ratio * 9.81 * lower])
+    low, high = np.sqrt(eigh(stiffness, mass, eigvals_only=True))
+    damping = 2.0 * zeta * (stiffness + low * high * mass) / (low + high)
+    values = {
+        "initial_rope_length": upper,
+        "sling_length": lower,
+        "hook_mass": 100.0,
+        "load_mass": 100.0 * ratio,
+        "damping_ratio": zeta,
+    }
+    poles = swinging(second_order(mass, damping, stiffness))
+    return Hidden(values, "trolley_acceleration", ["hook_angle", "load_angle"], poles)
+
+
 _SPRINGS = np.array([[-1.0, 1.0, 0.0], [0.0, -1.0, 1.0]])
 
 
@@ -99,9 +118,17 @@ def flexible_beam(rng: np.random.Generator) -> Hidden:
     return Hidden({**values, "modal_damping": ratios}, "base_acceleration", ["tip_deflection", "tip_acceleration"], poles)
 
 
+def rotating_beam(rng: np.random.Generator) -> Hidden:
+    """The modes of the flexible beam, which do not depend on the hub."""
+    found = flexible_beam(rng)
+    return Hidden({**found.values, "hub_radius": rng.uniform(0.0, 0.2)}, "hub_acceleration", found.outputs, found.poles)
+
+
 HIDDEN: dict[str, Callable[[np.random.Generator], Hidden]] = {
     "MassSpringDamper": mass_spring_damper,
     "OverheadCrane": overhead_crane,
     "ThreeMassChain": three_mass_chain,
     "FlexibleBeam": flexible_beam,
+    "DoublePendulumCrane": double_pendulum_crane,
+    "RotatingBeam": rotating_beam,
 }

@@ -23,6 +23,8 @@ CHOSEN: dict[str, dict[str, Any]] = {
     "FlexibleBeam": {"modes": 2, "tip_mass": 0.012, "modal_damping[1]": 0.01, "modal_damping[2]": 0.02},
     "MassSpringDamper": {"mass": 0.7, "damping": 0.9},
     "OverheadCrane": {"initial_rope_length": 3.3, "damping_ratio": 0.02},
+    "DoublePendulumCrane": {"initial_rope_length": 3.3, "sling_length": 1.2, "load_mass": 310.0, "damping_ratio": 0.02},
+    "RotatingBeam": {"modes": 2, "hub_radius": 0.08, "modal_damping[1]": 0.01, "modal_damping[2]": 0.02},
     "HydraulicPendulum": {"rod_length": 0.6, "leakage": 2e-12},
     "PulseTrain": {
         "design": 2,

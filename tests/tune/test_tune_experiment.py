@@ -39,7 +39,14 @@ def draws(fmus) -> dict[str, list[tuple[Hidden, PlantIdentification]]]:
     return found
 
 
-LIMITS = {"MassSpringDamper": 1e-9, "OverheadCrane": 2e-5, "ThreeMassChain": 1e-9, "FlexibleBeam": 3e-6}
+LIMITS = {
+    "MassSpringDamper": 1e-9,
+    "OverheadCrane": 2e-5,
+    "ThreeMassChain": 1e-9,
+    "FlexibleBeam": 3e-6,
+    "DoublePendulumCrane": 2e-5,
+    "RotatingBeam": 3e-6,
+}
 
 
 @pytest.mark.parametrize("name", HIDDEN)
