@@ -44,14 +44,14 @@ LIMITS = {
     "OverheadCrane": 2e-5,
     "ThreeMassChain": 1e-9,
     "FlexibleBeam": 3e-6,
-    "DoublePendulumCrane": 2e-5,
+    "DoublePendulumCrane": 2e-4,
     "RotatingBeam": 3e-6,
 }
 
 
 @pytest.mark.parametrize("name", HIDDEN)
 def test_hidden_modes_are_found(draws, name):
-    """80 draws in all, noise-free: frequencies within 0.1 %, damping ratios within 2 % (all above 0.005), of eigenvalues by numpy.
+    """Twenty draws of each plant, noise-free: frequencies within 0.1 %, damping ratios within 2 % (all above 0.005), of eigenvalues by numpy.
 
     They are far closer: to rounding for linear plants, of the crane to the shift by its amplitude, of the beam to the error of
     the finite elements that tell the truth. All agree with the FMU's linearization.
