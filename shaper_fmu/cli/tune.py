@@ -11,6 +11,8 @@ import typer
 from shaper_fmu.cli.arguments import finite, input_file, number, output_folder, pairs, positive, wrong_usage
 from shaper_fmu.cli.paths import shown, wrote
 from shaper_fmu.console import err, out, show
+from shaper_fmu.errors import ArgumentError
+from shaper_fmu.machines.names import Machine
 
 if TYPE_CHECKING:
     from shaper_fmu.master.fmu import Fmu
@@ -101,6 +103,11 @@ def tune(
         typer.Option("--output-folder", help="Output folder. Default: <plant>_tuned.", callback=output_folder),
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Whether to write the report.")] = True,
+    machines: Annotated[
+        list[Machine] | None, typer.Option("--for", help="Write the shaper for a machine, too (docs/machines.md); repeatable.")
+    ] = None,
+    axis: Annotated[str, typer.Option(help="With --for: the axis of a firmware.")] = "x",
+    cycle: Annotated[float, typer.Option(help="With --for st: the PLC's shortest cycle [s].", parser=positive)] = 0.001,
 ) -> None:
     """Identify a plant's modes, choose a shaper for them, and verify it on the plant.
 
@@ -112,6 +119,7 @@ def tune(
         shaper-fmu tune crane.fmu --input trolley_acceleration --output swing_angle --vary initial_rope_length=10%
         shaper-fmu tune loop.ssp --input controller.reference --output chain.position_3 --max-delay 2
         shaper-fmu tune ringing.csv --input force --output position
+        shaper-fmu tune ringing.csv --output position --for klipper --axis y
     """
     from shaper_fmu.report.tune.outputs import is_plain, left_over, write_tuning
     from shaper_fmu.tune.tuning import requirements_for
@@ -146,8 +154,28 @@ def tune(
             wrote(path, f" ({'; '.join([*caveat, *plain])})" if caveat or plain else "")
     for path in left_over(found, target, written):
         err.print(f"note: {shown(path)} is of an earlier tuning")
-    if not found.good:
+    for_machines = [_write_for(machine, found, target, axis, cycle) for machine in machines or []]
+    if not found.good or not all(for_machines):
         raise typer.Exit(1)
+
+
+def _write_for(machine: Machine, found: Tuning, folder: Path, axis: str, cycle: float) -> bool:
+    """Write the shaper for a machine, and say what it leaves there; whether it is what was asked for."""
+    from shaper_fmu.machines import machine_settings
+
+    if found.choice is None:
+        err.print(f"note: nothing is written for {machine}, since there is no shaper")
+        return True
+    try:
+        settings = machine_settings(machine, found.choice, axis=axis, cycle=cycle, caveat=found.caveat)
+        written = settings.write(folder)
+    except ArgumentError as error:
+        err.print(f"{machine}: {error}")
+        return False
+    out.print(f"{machine}: {settings.words}")
+    for path in written:
+        wrote(path, "" if settings.holds and not found.caveat else " (not held)")
+    return settings.holds
 
 
 def _say(what: str) -> None:

@@ -1,0 +1,11 @@
+"""The impulses of a shaper as a table."""
+
+from __future__ import annotations
+
+from shaper_fmu.design.impulse_sequence import ImpulseSequence
+
+
+def csv_text(sequence: ImpulseSequence) -> str:
+    """A line for each impulse: its delay [s], and its amplitude, whose sum is 1. Numbers are exact (shortest round trip)."""
+    rows = (f"{delay!r},{amplitude!r}\n" for delay, amplitude in zip(sequence.delays, sequence.amplitudes, strict=True))
+    return "delay [s],amplitude\n" + "".join(rows)
