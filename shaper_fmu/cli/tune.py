@@ -98,6 +98,9 @@ def tune(
         float | None,
         typer.Option(help="When the measured response becomes free [s]. Default: from --input, or estimated.", parser=finite),
     ] = None,
+    time_unit: Annotated[
+        str | None, typer.Option(help="Unit of a measured response's time column. Default: from its header, or s.")
+    ] = None,
     folder: Annotated[
         Path | None,
         typer.Option("--output-folder", help="Output folder. Default: <plant>_tuned.", callback=output_folder),
@@ -142,7 +145,9 @@ def tune(
     target: Path = output_folder(folder or Path(f"{plant.stem}_tuned"))
     start_values = pairs(settings, "--set", "mass=2")
     if plant.suffix.lower() in _TABLES:
-        found = _of_table(plant, input_, outputs, requirements, excitation_end, [*spread, *start_values])
+        found = _of_table(
+            plant, input_, outputs, requirements, [*spread, *start_values], excitation_end=excitation_end, time_unit=time_unit
+        )
     else:
         found = _of_plant(plant, input_, outputs, requirements, spread, start_values, amplitude=amplitude, duration=duration)
     _print_result(found)
@@ -183,7 +188,7 @@ def _say(what: str) -> None:
 
 
 def _of_table(
-    path: Path, input_: str, outputs: list[str] | None, requirements: Any, excitation_end: float | None, of_plants: list[str]
+    path: Path, input_: str, outputs: list[str] | None, requirements: Any, of_plants: list[str], **options: Any
 ) -> Tuning:
     from shaper_fmu.tune.identify.measured_table import read_table
     from shaper_fmu.tune.tuning_measured import tune_measured
@@ -195,7 +200,7 @@ def _of_table(
         with wrong_usage(option):
             for name in names:
                 table[name]
-    return tune_measured(path, outputs, requirements=requirements, input=input_ or None, excitation_end=excitation_end)
+    return tune_measured(path, outputs, requirements=requirements, input=input_ or None, **options)
 
 
 def _of_plant(

@@ -18,13 +18,14 @@ from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.responses import Responses
 from shaper_fmu.tune.verification.verify import Verification
 
-Verdict = Literal["tuned", "proven", "no_vibration", "unstable", "nothing_fits", "not_held", "not_verified", "not_proven"]
-"""tuned: the recommended shaper holds on the plant; proven: from measured data, so that there is no plant to try it on;
+Verdict = Literal["tuned", "for_modes_found", "no_vibration", "unstable", "nothing_fits", "not_held", "not_verified", "not_proven"]
+"""tuned: the recommended shaper holds on the plant; for_modes_found: from measured data, so that its bound holds for the modes
+found there, and there is no plant to try it on;
 no_vibration, unstable: there is nothing to shape, or nothing that shaping could help; nothing_fits: see `Choice.nearest`; not_held:
 on the plant the shaper leaves more than the tolerance; not_verified: no output settles, so that nothing could be compared;
 not_proven: findings contradict the modes, or the absence of modes."""
 
-GOOD: tuple[Verdict, ...] = ("tuned", "proven", "no_vibration")
+GOOD: tuple[Verdict, ...] = ("tuned", "for_modes_found", "no_vibration")
 """Verdicts after which nothing more is to be done."""
 
 CAVEATS: Mapping[Verdict, str] = {

@@ -40,7 +40,8 @@ def tune_measured(
     name = "the table" if isinstance(source, Table) else Path(source).name
     modes = measured.identification.modes
     found = Tuning(
-        "proven", "", name, "", "", Command(), measured.outputs, {}, None, None, measured, None, None, (), measured.findings
+        "for_modes_found", "", name, "", "", Command(), measured.outputs, {}, None, None, measured, None, None, (),
+        measured.findings,
     )  # fmt: skip
     against = [one for one in measured.findings if one.code in CONTRADICTING]
     reasons = "; ".join(one.text for one in against)
@@ -54,7 +55,7 @@ def tune_measured(
     ranges = [ModeRange(_only(m.natural_frequency), _only(m.damping_ratio), (m,)) for m in modes]
     boxes = [ModeBox.of_range(r, [float(a) for a in abs(m.residues[0])]) for r, m in zip(ranges, modes, strict=True)]
     choice = choose(boxes, requirements)
-    verdict: Verdict = "proven" if choice.recommended is not None else "nothing_fits"
+    verdict: Verdict = "for_modes_found" if choice.recommended is not None else "nothing_fits"
     hidden = hidden_share(measured.identification)
     if not against and hidden > requirements.tolerance:
         reasons = (
@@ -64,7 +65,8 @@ def tune_measured(
         )
         found = replace(found, findings=(*found.findings, Finding("hidden", reasons)))
     elif not against:
-        return replace(found, verdict=verdict, summary=choice.reason, choice=choice)
+        only = f". This holds for the modes found in {name}, within these ranges. Nothing was tried on the machine itself"
+        return replace(found, verdict=verdict, summary=choice.reason + only, choice=choice)
     return replace(found, verdict="not_proven", summary=f"{reasons}. If the modes were those found: {choice.reason}", choice=choice)
 
 

@@ -325,7 +325,7 @@ def test_where_nothing_fits_the_nearest_is_shown(misfit, tmp_path):
 def test_measured_data(measured, tmp_path):
     blocks = tuning_blocks(measured)
     assert headings(blocks) == [one for one in SECTIONS if one not in ("Before and after", "Verification")]
-    assert blocks[1] == Text(VERDICTS["proven"])
+    assert blocks[1] == Text(VERDICTS["for_modes_found"])
     modes = table(blocks, "Modes").rows
     assert [float(row[1].partition(" ")[0]) for row in modes] == pytest.approx([6.0, 20.0], rel=2e-3)
     keys = [block.key for block in blocks if isinstance(block, Figure)]

@@ -221,7 +221,7 @@ def test_measured_noise_is_told_as_uncertainty():
         (table(T), {"outputs": ["y"]}, "no column 'y'"),
         (table(T), {"time": "tmie"}, "Did you mean 'time'"),
         (table(T), {"excitation_end": 20.0}, "nothing is left after the end of the excitation at 20 s"),
-        (table(T), {"units": {"time": "furlong"}}, "is in 'furlong'; s, ms, us and min"),
+        (table(T), {"units": {"time": "furlong"}}, "is in 'furlong'; s, ms, us, ns, min and h"),
         (table(np.where(T[50] == T, T[48], T)), {}, "time does not increase from row 50 on"),
         (table(np.where(T > 5.0, T + 1.0, T)), {"excitation_end": 1.0}, "samples are missing: from 5 s to 6.01 s"),
         (Table({"time": T}), {}, "no column of a response"),

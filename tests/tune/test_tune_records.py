@@ -54,7 +54,7 @@ def tuned(seed: int, told: str, start: str, kinds: list[str], noise: float) -> t
 def test_what_is_proven_holds_on_the_true_plant(seed):
     """The shaper's impulses on the true poles and amplitudes (V of Singer and Seering 1990) leave no more than the bound says."""
     found, true = tuned(seed, *TROUBLED[seed])
-    if found is None or found.verdict != "proven":
+    if found is None or found.verdict != "for_modes_found":
         assert found is None or not found.good
         return
     assert not {one.code for one in found.findings} & set(CONTRADICTING)
@@ -85,5 +85,5 @@ def test_clean_free_responses_are_proven(seed):
     told, start, kinds = CLEAN[seed]
     found, true = tuned(100 + seed, told, start, kinds, 1e-3)
     assert found is not None
-    assert found.verdict == "proven", found.summary
+    assert found.verdict == "for_modes_found", found.summary
     assert true <= 0.05

@@ -8,10 +8,11 @@ import numpy as np
 
 from shaper_fmu.analysis.identification.basis import model
 from shaper_fmu.analysis.identification.classify import FEWEST_PERIODS, Parts, parts_of, placed
+from shaper_fmu.analysis.identification.clipping import check_clipping
 from shaper_fmu.analysis.identification.findings import findings_of, too_coarse
 from shaper_fmu.analysis.identification.order import find_model
 from shaper_fmu.analysis.identification.projection import Fit, fit
-from shaper_fmu.analysis.identification.record import Data, FreeResponse, IdentificationError, check_clipping, scaled
+from shaper_fmu.analysis.identification.record import Data, FreeResponse, IdentificationError, scaled
 from shaper_fmu.analysis.identification.result import Identification
 
 MOST_POLES = 24

@@ -24,7 +24,7 @@ _STANDING = 1e-10
 _REACHED = 1e-10
 """A Newton step that gains less than this, 1e-5 standard deviations, is not taken."""
 _ROUNDED = 1e-2
-"""A gain of this much, 0.1 standard deviations, may be lost in rounding where no step lowers the cost any more."""
+"""A gain of this much, 0.1 standard deviations, may be lost in rounding where steps lower the cost no more, or hardly."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def _minimised(m: Model, data: Data, noise: np.ndarray, steps: int) -> tuple[Mod
     """Levenberg-Marquardt on the weighted sum of squares; whether it has come to its end."""
     values, damping = m.parameters, 1e-3
     found = project(m, data)
-    cost = _cost(found, noise)
+    cost, gain = _cost(found, noise), math.inf
     for _ in range(steps):
         information, gradient = _normal_equations(m.with_parameters(values), found, data, noise)
         size = np.sqrt(np.maximum(np.diag(information), 1e-300))
@@ -154,7 +154,7 @@ def _minimised(m: Model, data: Data, noise: np.ndarray, steps: int) -> tuple[Mod
         damping = max(1e-12, damping / 10.0)
         if ended and damping < 1.0:
             return m.with_parameters(values), True
-    return m.with_parameters(values), False
+    return m.with_parameters(values), gain < _ROUNDED
 
 
 def _cost(found: _Projected, noise: np.ndarray) -> float:

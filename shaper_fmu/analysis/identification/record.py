@@ -61,27 +61,6 @@ def free_response(values: Any, step: float, names: Sequence[str] | None = None, 
     return FreeResponse(table, float(step), found, np.hypot(known, _ROUNDING * np.abs(table).max(axis=0)))
 
 
-def check_clipping(response: FreeResponse) -> None:
-    """Raise IdentificationError where an output stands still at its largest or smallest value, and more than once."""
-    for name, column in zip(response.names, response.values.T, strict=True):
-        spread = float(np.ptp(column))
-        if spread == 0.0:
-            continue
-        for extreme in (column.max(), column.min()):
-            lengths = run_lengths(np.abs(column - extreme) <= 1e-9 * spread)
-            if np.count_nonzero(lengths >= 4) >= 2:
-                raise IdentificationError(
-                    f"{name} is clipped: it stays at {extreme:.6g} {np.count_nonzero(lengths >= 4)} times for 4 samples and more; "
-                    "excite less, or widen the sensor's range"
-                )
-
-
-def run_lengths(mask: np.ndarray) -> np.ndarray:
-    """Lengths of the runs of true values, in order."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return edges[1::2] - edges[::2]
-
-
 @dataclass(frozen=True)
 class Data:
     """Columns to be fitted together: those outputs of all experiments that move.

@@ -50,7 +50,7 @@ def bounds_table(choice: Choice) -> Table:
         dampings = span(light, heavy, 3) if heavy > UNDAMPED else "0"
         share, most = percent(float(parts[k])), percent(best.bounds[k])
         rows.append([str(k + 1), span(low, high, 5), dampings, share, most, where])
-    head = ["mode", "natural frequency [rad/s]", "damping ratio", "largest share", "V at most (proven)", "at"]
+    head = ["mode", "natural frequency [rad/s]", "damping ratio", "largest share", "V at most (bound)", "at"]
     return Table(f"What {best.name} leaves of each mode", head, rows)
 
 
@@ -153,7 +153,7 @@ def trade_off_figure(choice: Choice) -> Figure:
         levels.append((choice.requirements.longest_delay, f"longest delay {choice.requirements.longest_delay:.4g} s"))
     marks = [(100.0 * choice.requirements.tolerance, f"tolerance {percent(choice.requirements.tolerance)}")]
     below = f" ({_LEAST:g}: that or less)" if min(100.0 * one.worst_case for one in choice.candidates) < _LEAST else ""
-    x_label = f"residual vibration in the worst case, proven [%]{below}"
+    x_label = f"residual vibration in the worst case, bound [%]{below}"
     return Figure("trade_off", "Delay against robustness", x_label, "delay [s]", lines, levels, marks, log_x=True)
 
 

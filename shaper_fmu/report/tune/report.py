@@ -18,7 +18,7 @@ from shaper_fmu.tune.tuning_json import profile_start_values
 
 VERDICTS: Mapping[Verdict, str] = {
     "tuned": "Tuned: the shaper below meets the requirements, and holds on the plant.",
-    "proven": "The shaper below meets the requirements for the measured modes. There was no plant to verify it on.",
+    "for_modes_found": "The shaper below meets the requirements for the modes found in the recording; it was not tried.",
     "no_vibration": "No shaper is needed: nothing vibrates.",
     "unstable": "No shaper can help: the plant is unstable.",
     "nothing_fits": "No shaper meets the requirements. The one below comes nearest.",
@@ -29,7 +29,8 @@ VERDICTS: Mapping[Verdict, str] = {
 
 _OF_MODES = {"Sensitivity", "Trade-off", "Alternatives"}
 _IF = "All this is for the modes found, which findings contradict: nothing of it is proven."
-_PROVEN: tuple[Verdict, ...] = ("tuned", "proven", "nothing_fits")
+_MEASURED = "All this is for the modes found in the recording, within their ranges. The machine may have others."
+_PROVEN: tuple[Verdict, ...] = ("tuned", "nothing_fits")
 """Verdicts that do not contradict a bound for the modes found."""
 
 
@@ -48,9 +49,9 @@ def tuning_blocks(tuning: Tuning) -> list[Block]:
     sections["Before and after"] = response_blocks(tuning, found.shown)
     if choice is not None:
         sections["Alternatives"] = alternative_blocks(choice)
-    if tuning.verdict == "not_proven":
-        for title in sections.keys() & _OF_MODES:
-            sections[title].insert(0, Text(_IF))
+    words = _IF if tuning.verdict == "not_proven" else _MEASURED if tuning.plant is None else ""
+    for title in sections.keys() & _OF_MODES if words else ():
+        sections[title].insert(0, Text(words))
     sections["Verification"] = verification_blocks(tuning)
     return [block for title, blocks in sections.items() if blocks for block in (Heading(title), *blocks)]
 
@@ -76,7 +77,7 @@ def summary_table(tuning: Tuning, choice: Choice) -> Table:
     """The shaper's numbers and the requirements."""
     one, requirements, seen = choice.nearest, choice.requirements, tuning.verification
     against = any(one.code in CONTRADICTING for one in tuning.findings)
-    known = "proven" if tuning.verdict in _PROVEN and not against else "if the modes were those found,"
+    known = "proven" if tuning.verdict in _PROVEN and tuning.plant is not None and not against else "for the modes found,"
     rows = [
         ["shaper" if choice.recommended is not None else "shaper (nearest)", one.name],
         ["delay", f"{one.delay:.6g} s"],

@@ -24,6 +24,8 @@ MOST_CUSTOM = 16
 """Impulses of a custom shaper in an InputShaper."""
 
 _ATTEMPTS = 3
+_SAME_PLACE = 1e-6
+"""Middle and nominal point of a box that differ by less than this share are the same place to design for."""
 _OFFLINE_WORDS = {"si": "SI", "direct_zv": "direct ZV", "direct_zvd": "direct ZVD"}
 
 
@@ -177,6 +179,12 @@ class _Way:
 def _ways(boxes: Sequence[ModeBox], requirements: Requirements) -> list[_Way]:
     """For the middles of the boxes; with a nominal condition also for the nominal points, and there EI shapers within it."""
     centres, nominal = tuple(box.centre for box in boxes), tuple(box.nominal for box in boxes)
+    if all(
+        abs(a - b) <= _SAME_PLACE * max(1.0, a)
+        for one, other in zip(centres, nominal, strict=True)
+        for a, b in zip(one, other, strict=True)
+    ):
+        nominal = centres
     wanted = requirements.tolerance * (1.0 - ROOM)
     ways = [_Way(centres, wanted)]
     if requirements.nominal_asked:

@@ -20,9 +20,9 @@ from shaper_fmu.analysis.identification import (
 )
 from shaper_fmu.analysis.identification.beginning import Beginnings, cut, first_free
 from shaper_fmu.errors import nearest
+from shaper_fmu.tune.identify.measured_clock import time_column
 from shaper_fmu.tune.identify.measured_table import Table, read_table
 
-_SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0}
 _UNIFORM = 1e-3
 _GAP = 4.0
 _CHANGES = 1e-6
@@ -81,6 +81,7 @@ def identify_measured(
     input: str | None = None,
     excitation_end: float | None = None,
     units: Mapping[str, str] | None = None,
+    time_unit: str | None = None,
     smallest_share: float = 1e-3,
 ) -> MeasuredIdentification:
     """Identify the modes in a measured response.
@@ -88,31 +89,29 @@ def identify_measured(
     Args:
         source: a CSV or Parquet file, or a `Table`.
         outputs: columns to look at; all but time and input if none are named.
-        time: the time column; by default one called time or t, else the first.
+        time: the time column; by default one whose name says so ("time", "t", "time_ms", "Time/ms"), else the first.
         input: the column of the excitation: the response is free after its last change.
         excitation_end: when the response becomes free, on the file's clock, in s. Without this and `input` it is found from the
             response by its modes (`first_free`), and a finding reports it.
-        units: of columns whose header has none; a header may read "position [mm]". Time may be in s, ms, us or min.
+        units: of columns whose header has none; a header may read "position [mm]". Time may be in s, ms, us,
+            ns, min or h.
+        time_unit: of the time column, whatever its header says.
         smallest_share: modes with less of the amplitude than this, in each column, are not listed.
 
     Raises IdentificationError for tables that make no sense, and where the data do not support an answer.
     """
     table = source if isinstance(source, Table) else read_table(source)
     known = {**table.units, **(units or {})}
-    clock = _column(table, time or next((n for n in table.names if n.casefold() in ("time", "t")), table.names[0]))
+    clock, t, assumed = time_column(table, time, known, time_unit)
     if input is not None and not np.isfinite(column := table[_column(table, input)]).all():
         row = int(np.flatnonzero(~np.isfinite(column))[0])
         raise IdentificationError(f"{input} is not a finite number at row {row + 1}: {column[row]:g}")
     names = [_column(table, name) for name in outputs or [n for n in table.names if n not in (clock, input)]]
     if not names:
         raise IdentificationError("there is no column of a response besides the time")
-    unit = known.get(clock, "").strip()
-    if unit not in _SECONDS:
-        raise IdentificationError(f"the time column {clock!r} is in {unit!r}; s, ms, us and min are understood")
-    t = table[clock] * _SECONDS[unit]
     values = np.column_stack([table[name] for name in names])
     _check_times(t)
-    findings: list[Finding] = []
+    findings: list[Finding] = [*table.notes, *assumed]
     start: int | None = 0
     first, note = _beginning(t, table[input] if input else None, excitation_end)
     findings += [Finding("input_constant", note)] if note else []

@@ -10,19 +10,22 @@ from pathlib import Path
 
 import numpy as np
 
-from shaper_fmu.analysis.identification import IdentificationError
+from shaper_fmu.analysis.identification import Finding, IdentificationError
 from shaper_fmu.errors import ShaperFmuError, nearest
 from shaper_fmu.spreadsheets import plain_text
 
+_COMMENT = re.compile(r"^\s*(?:#|%|//)\s*")
+_UNIT = re.compile(r"^\s*[\[(]([^\])]*)[\])]\s*$")
 _HEADER = re.compile(r"^\s*(?P<name>.*?)\s*(?:[\[(](?P<unit>[^\])]*)[\])])?\s*$")
 
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of numbers by name, each of shape (n,), and their units, if the header has them."""
+    """Columns of numbers by name, each of shape (n,), their units, if the header has them, and what was assumed in reading them."""
 
     columns: Mapping[str, np.ndarray]
     units: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[Finding, ...] = ()
 
     @property
     def names(self) -> list[str]:
@@ -37,10 +40,11 @@ class Table:
 
 
 def read_table(path: Path | str) -> Table:
-    """The table in a .parquet file, or in a CSV file of any other name: separated by commas, semicolons or tabs.
+    """The table in a .parquet file, or in a CSV file of any other name: separated by commas, semicolons, tabs or blanks.
 
-    The first line is the header; a unit may follow a name in brackets, and an apostrophe that guards spreadsheets against a
-    formula is no part of it. With semicolons or tabs a decimal comma is understood.
+    The header is the line before the numbers, be it a comment ("#time,accel_x") or not; a second one may hold the units in
+    brackets. A unit may follow a name in brackets, and an apostrophe that guards spreadsheets against a formula is no part of it.
+    Without a header columns are called column1, ..., and a note says so. With semicolons or tabs a decimal comma is understood.
     Raises IdentificationError with the line of what is not a number.
     """
     path = Path(path)
@@ -50,33 +54,79 @@ def read_table(path: Path | str) -> Table:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise IdentificationError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
-    lines = [line if line.strip(" ,;\t") else "" for line in lines]
-    if not any(lines):
+    told = [(number, line.strip()) for number, line in enumerate(lines, 1) if line.strip(" ,;\t")]
+    if not told:
         raise IdentificationError(f"{path}: the file is empty")
-    first = next(i for i, line in enumerate(lines) if line)
-    separator = max(";\t,", key=lines[first].count)
-    comma = separator != ","
-    header = [plain_text(cell) for cell in next(csv.reader([lines[first]], delimiter=separator))]
-    rows = []
-    for number, line in enumerate(lines[first + 1 :], first + 2):
-        if line:
-            rows.append(_numbers(line, separator, comma, len(header), f"{path}: line {number}"))
+    comments = [_COMMENT.match(line) is not None for _, line in told]
+    first = next((k for k, comment in enumerate(comments) if not comment), len(told))
+    shown = told[first][1] if first < len(told) else told[-1][1]
+    layout = _Layout.of(shown)
+    head: list[str] = []
+    notes: list[Finding] = []
+    if first < len(told) and layout.is_numeric(shown):
+        above = _COMMENT.sub("", told[first - 1][1]) if first else ""
+        head = layout.cells(above) if above and len(layout.cells(above)) == len(layout.cells(shown)) else []
+        if not head:
+            head = [f"column{k + 1}" for k in range(len(layout.cells(shown)))]
+            notes.append(Finding("no_header", f"{path.name} has no header: its columns are called {head[0]} to {head[-1]}"))
+    else:
+        head, first = layout.cells(_COMMENT.sub("", shown)), first + 1
+        if first < len(told) and (units := layout.units(told[first][1], len(head))):
+            head, first = [f"{name} [{unit}]" for name, unit in zip(head, units, strict=True)], first + 1
+    rows = [
+        layout.numbers(line, len(head), f"{path}: line {number}") for number, line in told[first:] if _COMMENT.match(line) is None
+    ]
     if not rows:
         raise IdentificationError(f"{path}: there is no row of numbers")
-    return _table(header, np.array(rows), str(path))
+    return _table([plain_text(cell) for cell in head], np.array(rows), str(path), tuple(notes))
 
 
-def _numbers(line: str, separator: str, comma: bool, count: int, where: str) -> list[float]:
-    cells = next(csv.reader([line], delimiter=separator))
-    if len(cells) != count:
-        raise IdentificationError(f"{where}: {len(cells)} values, where the header has {count}")
-    found = []
-    for cell in cells:
+@dataclass(frozen=True)
+class _Layout:
+    """How the lines of a file are separated; "" for blanks."""
+
+    separator: str
+
+    @classmethod
+    def of(cls, line: str) -> _Layout:
+        """That of a line."""
+        found = max(";\t,", key=line.count)
+        return cls(found if found in line or len(line.split()) < 2 else "")
+
+    def cells(self, line: str) -> list[str]:
+        """The texts of a line."""
+        if not self.separator:
+            return line.split()
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=self.separator))]
+
+    def number(self, cell: str) -> float:
+        """A cell's number. Raises ValueError."""
+        return float(cell.replace(",", ".") if self.separator != "," else cell)
+
+    def is_numeric(self, line: str) -> bool:
+        """Whether a line holds nothing but numbers."""
         try:
-            found.append(float(cell.strip().replace(",", ".") if comma else cell))
+            return bool([self.number(cell) for cell in self.cells(line)])
         except ValueError:
-            raise IdentificationError(f"{where}: {cell!r} is not a number") from None
-    return found
+            return False
+
+    def units(self, line: str, count: int) -> list[str]:
+        """The units in a line that has nothing but bracketed ones; else none."""
+        cells = [_UNIT.match(cell) for cell in self.cells(line)]
+        return [match[1].strip() for match in cells if match] if len(cells) == count and all(cells) else []
+
+    def numbers(self, line: str, count: int, where: str) -> list[float]:
+        """The numbers of a line. Raises IdentificationError."""
+        cells = self.cells(line)
+        if len(cells) != count:
+            raise IdentificationError(f"{where}: {len(cells)} values, where the header has {count}")
+        found = []
+        for cell in cells:
+            try:
+                found.append(self.number(cell))
+            except ValueError:
+                raise IdentificationError(f"{where}: {cell!r} is not a number") from None
+        return found
 
 
 def _parquet(path: Path) -> Table:
@@ -92,7 +142,7 @@ def _parquet(path: Path) -> Table:
     return _table(found.column_names, values, str(path))
 
 
-def _table(header: list[str], values: np.ndarray, where: str) -> Table:
+def _table(header: list[str], values: np.ndarray, where: str, notes: tuple[Finding, ...] = ()) -> Table:
     names, units = [], {}
     for cell in header:
         match = _HEADER.match(cell)
@@ -102,4 +152,4 @@ def _table(header: list[str], values: np.ndarray, where: str) -> Table:
         names.append(name)
         if match and match["unit"]:
             units[name] = match["unit"].strip()
-    return Table({name: values[:, j] for j, name in enumerate(names)}, units)
+    return Table({name: values[:, j] for j, name in enumerate(names)}, units, notes)
