@@ -21,6 +21,18 @@ def mode(hertz, zeta, margin, amplitudes=(1.0,)):
     return ModeBox.around(TWO * hertz, zeta, margin, amplitudes)
 
 
+def read(pattern, text):
+    match = re.search(pattern, text, re.M)
+    assert match is not None, text
+    return match.groups()
+
+
+def set_to(machine, shaper, frequency, zeta):
+    setting = FIRMWARE[machine].setting(shaper, frequency, zeta)
+    assert setting is not None
+    return setting
+
+
 # Definitions, once more: each from the firmware's source, in its own terms (period, K), not by way of the package.
 
 
@@ -72,12 +84,12 @@ def before_2024(kind, f, zeta):
 
 
 def of_klipper(text, define):
-    kind, f, zeta = (re.search(rf"^{key}_x: (\S+)$", text, re.M)[1] for key in ("shaper_type", "shaper_freq", "damping_ratio"))
+    kind, f, zeta = (read(rf"^{key}_x: (\S+)$", text)[0] for key in ("shaper_type", "shaper_freq", "damping_ratio"))
     return define(kind, float(f), float(zeta))
 
 
 def of_prusa(text):
-    t, f, d, tail = re.search(r"^M593 X T(\d) F(\S+) D(\S+)(.*) W$", text, re.M).groups()
+    t, f, d, tail = read(r"^M593 X T(\d) F(\S+) D(\S+)(.*) W$", text)
     kind = ["zv", "zvd", "mzv", "ei", "2hump_ei", "3hump_ei"][int(t)]
     assert (tail == " R20") == ("ei" in kind)
     assert 10 <= float(f) <= 100  # what is outside is clamped in silence
@@ -85,7 +97,7 @@ def of_prusa(text):
 
 
 def of_duet(text):
-    kind, f, zeta = re.search(r'^M593 P"(\w+)" F(\S+) S(\S+)$', text, re.M).groups()
+    kind, f, zeta = read(r'^M593 P"(\w+)" F(\S+) S(\S+)$', text)
     f, zeta = float(f), float(zeta)
     assert 7.2 <= f <= 1000
     assert 0 <= zeta <= 0.99
@@ -100,14 +112,14 @@ def of_duet(text):
 
 
 def of_marlin(text):
-    f, zeta = map(float, re.search(r"^M593 X F(\S+) D(\S+)$", text, re.M).groups())
+    f, zeta = map(float, read(r"^M593 X F(\S+) D(\S+)$", text))
     factor = math.floor(np.polyval([43.073216, -7.58095488, -99.02008832, 64.44056192], zeta)) if zeta > 0 else 64
     return [(128 - factor) / 128, factor / 128], [0, 0.5 / f]
 
 
 def of_fixed_time(text):
-    number = int(re.search(r"^M493 S1 X C(\d)$", text, re.M)[1])
-    f, zeta, tail = re.search(r"^M493 X A(\S+) I(\S+)(.*)$", text, re.M).groups()
+    number = int(read(r"^M493 S1 X C(\d)$", text)[0])
+    f, zeta, tail = read(r"^M493 X A(\S+) I(\S+)(.*)$", text)
     f, zeta = float(f), float(zeta)
     assert 20 <= f <= 500
     assert 0.01 <= zeta <= 0.25
@@ -144,7 +156,7 @@ def test_impulses_of_every_shaper_are_those_of_the_published_definition(machine)
     firmware, rng = FIRMWARE[machine], np.random.default_rng(7)
     for shaper in firmware.shapers:
         for _ in range(20):
-            setting = firmware.setting(shaper, float(rng.uniform(21.0, 99.0)), float(rng.choice([0.0, rng.uniform(0.0, 0.19)])))
+            setting = set_to(machine, shaper, float(rng.uniform(21.0, 99.0)), float(rng.choice([0.0, rng.uniform(0.0, 0.19)])))
             expected = impulses_of(machine, firmware.lines("x", setting))
             np.testing.assert_allclose(setting.sequence.amplitudes, expected.amplitudes, rtol=0, atol=1e-13)
             # F of Marlin's M593 is damped, and written with six digits
@@ -204,8 +216,8 @@ def test_of_each_shaper_the_best_setting_is_found_and_of_these_the_shortest_that
 def test_what_klippers_fits_lose_at_the_design_frequency():
     """EI leaves the tolerance by definition; ours to 1e-11, the fit of 2024 within 0.3 %, the weakened form of 2021 up to 1 % less."""
     for zeta in (0.0, 0.05, 0.1, 0.2):
-        new = FIRMWARE["klipper"].setting("ei", 40.0, zeta).sequence.residual_vibration(TWO * 40.0, zeta)
-        old = FIRMWARE["kalico"].setting("ei", 40.0, zeta).sequence.residual_vibration(TWO * 40.0, zeta)
+        new = set_to("klipper", "ei", 40.0, zeta).sequence.residual_vibration(TWO * 40.0, zeta)
+        old = set_to("kalico", "ei", 40.0, zeta).sequence.residual_vibration(TWO * 40.0, zeta)
         assert abs(new - 0.05) < 0.003, (zeta, new)
         assert old <= 0.05 + 1e-12
         assert (old < 0.04) == (zeta >= 0.1), (zeta, old)

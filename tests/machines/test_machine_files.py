@@ -1,14 +1,15 @@
 """The files for machines: C that is compiled and run, the table of impulses, and the command that writes them."""
 
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.support.command_line import typed
 
 from shaper_fmu.machines import machine_settings
 from shaper_fmu.machines.names import MACHINES
 from shaper_fmu.tune import ModeBox, Requirements, choose
+from tests.support.command_line import typed
 
 W, ZETA = 251.0, 0.05
 
@@ -87,8 +88,6 @@ def test_what_cannot_be_written_is_told_and_loses_nothing_else(recording, tmp_pa
 
 
 def test_every_machine_has_a_part_of_the_page():
-    from pathlib import Path
-
     page = (Path(__file__).parents[2] / "docs" / "machines.md").read_text(encoding="utf-8")
     for machine in MACHINES:
         assert f"`{machine}`" in page

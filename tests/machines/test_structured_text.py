@@ -1,6 +1,7 @@
 """The shaper as structured text, run by a reader of its own, against the InputShaper's FMU."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,7 +42,7 @@ class Shaper:
         path = fmu_path(with_start_values(find_component("InputShaper"), values, f"Shaper{abs(hash(str(values)))}"))
         description = read_model_description(path)
         self.references = {v.name: v.valueReference for v in description.modelVariables}
-        self.fmu = instantiate_fmu(extract(path, folder), description, "CoSimulation")
+        self.fmu: Any = instantiate_fmu(extract(path, folder), description, "CoSimulation")
         self.fmu.setupExperiment(startTime=0.0)
         self.fmu.enterInitializationMode()
         self.fmu.setReal([self.references["command"]], [initial])

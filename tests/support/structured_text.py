@@ -36,7 +36,9 @@ class FunctionBlock:
 
     def __init__(self, text: str):
         text = re.sub(r"\(\*.*?\*\)", "", text, flags=re.DOTALL)
-        header, body = re.fullmatch(r"\s*FUNCTION_BLOCK \w+\s(.*END_VAR)(.*)END_FUNCTION_BLOCK\s*", text, re.DOTALL).groups()
+        parts = re.fullmatch(r"\s*FUNCTION_BLOCK \w+\s(.*END_VAR)(.*)END_FUNCTION_BLOCK\s*", text, re.DOTALL)
+        assert parts is not None
+        header, body = parts.groups()
         self.values = {}
         for name, kind, start in re.findall(r"(\w+) : ([^;:]+?)(?: := ([^;]+))?;", header):
             self.values[name] = _start(kind, start)
