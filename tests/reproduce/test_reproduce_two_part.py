@@ -219,7 +219,7 @@ def test_claims_and_verdicts(study):
         "reproduced", "reproduced", "reproduced",
         "reproduced", "not decidable", "not reproduced",
         "reproduced", "reproduced", "reproduced",
-        "not reproduced", "not decidable", "reproduced",
+        "not reproduced", "reproduced", "reproduced",
     ]  # fmt: skip
     assert_documented("two-part", two_part.claims(study))
 
@@ -240,6 +240,18 @@ def test_the_report(study, updates, monkeypatch):
     tables = [block for block in found.blocks if isinstance(block, Table)]
     assert all(len(row) == len(table.head) for table in tables for row in table.rows)
     rows = {row[0]: row[1:] for row in tables[1].rows}
+    others = {row[0]: row[1:] for row in tables[2].rows}
+    assert others["two-part"][1] == "0.8881 to 1.1686 (0.2805 wide)"
+    assert others["constant acceleration (Mimmi and Pennacchi)"][:2] == ["-", "needs more than a period"]
+    damping = {row[0]: row[1:] for row in tables[3].rows}  # by the formula in docs/reproduce.md, and root finding
+    for row, v, band in (
+        ("single, of the pendulum", (9.80, 6.58), "0.035 to 0.138"),
+        ("single, designed for", (7.97, 7.97), "0.030 to 0.130"),
+        ("two-part, of the pendulum", (3.32, 3.08), "0.000 to 0.206"),
+        ("two-part, designed for", (3.00, 3.00), "0.000 to 0.213"),
+    ):
+        assert [float(cell) for cell in damping[row][:2]] == pytest.approx(v, abs=0.011)
+        assert damping[row][2] == band
     assert rows["two-part: pendulum changed"][:4] == ["13.825", "5.361", "2.282", "3.764"]
     assert rows["two-part: estimate wrong, same time"] == ["10.504", "4.380", "3.241", "5.706", "0.8881 to 1.1686 (0.2805 wide)"]
 

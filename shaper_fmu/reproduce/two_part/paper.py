@@ -10,19 +10,16 @@ import numpy as np
 
 from shaper_fmu.master.results import Results
 from shaper_fmu.page.blocks import Block, Table, Text
-from shaper_fmu.page.figures import Figure, Line, Map
+from shaper_fmu.page.figures import Figure, Line
 from shaper_fmu.progress import Update
 from shaper_fmu.reproduce.claims import Reproduction
-from shaper_fmu.reproduce.runs import band_below
 from shaper_fmu.reproduce.two_part.claims import band_text, claims
+from shaper_fmu.reproduce.two_part.robustness import PLANT, compared_table, damping_blocks
 from shaper_fmu.reproduce.two_part.runs import COMMANDS, DAMPING_RATIO, DISTANCE, DURATION, NATURAL_FREQUENCY, START
 from shaper_fmu.reproduce.two_part.study import (
     ARM_RATIOS,
-    DAMPINGS,
     ERRORS,
     LEVEL,
-    MAP_DAMPINGS,
-    MAP_RATIOS,
     RATIOS,
     Estimates,
     Study,
@@ -31,7 +28,6 @@ from shaper_fmu.reproduce.two_part.study import (
 
 PAPER = "A. Kilic, S. Kapucu: A New Robust Method for Reducing Residual Vibrations in Flexible Systems, 2011 (in Turkish)"
 ESTIMATE = "estimated over actual frequency, w*/w"
-PLANT = "actual over designed natural frequency"
 _LEVELS = [(100 * LEVEL, "5 %")]
 _MARKS = [(1.0, "designed")]
 
@@ -39,7 +35,7 @@ _MARKS = [(1.0, "designed")]
 def reproduce(update: Update) -> Reproduction:
     """Run the study; `update(done, total)` is called after each part."""
     study = run_study(update)
-    blocks = [_notes(), *_motions(study), _table(study), *_curves(study), *_damping(study)]
+    blocks = [_notes(), *_motions(study), _table(study), *_curves(study), compared_table(study), *damping_blocks(study)]
     return Reproduction("two-part", "Two-part command for a pendulum on a hydraulic arm, run again", PAPER, claims(study), blocks)
 
 
@@ -171,38 +167,3 @@ def _errors_table(study: Study) -> Table:
             rows.append([f"{name}: {what}", *(f"{100 * v:.3f}" for v in values), band_text(ends)])
     head = ["command", *(f"{r:g}" for r in ERRORS), "V below 5 %"]
     return Table("V [%] over w*/w of a wrong estimate, or over actual by designed frequency of a changed pendulum", head, rows)
-
-
-def _damping(study: Study) -> list[Block]:
-    lines = [Line(name, DAMPINGS, 100 * curve) for name, curve in study.damping.items()]
-    panels = [(name, 100 * values) for name, values in study.maps.items()]
-    ends = {name: band_below(DAMPINGS, curve, LEVEL, DAMPING_RATIO) for name, curve in study.damping.items()}
-    limits = " and ".join(f"{low:.3f} to {high:.3f} ({name})" for name, (low, high) in ends.items())
-    return [
-        Text(
-            "What the paper leaves for later: errors in the damping. At the designed frequency V stays below 5 % for damping "
-            "ratios of "
-            f"{limits}: the two-part command is the more robust one in this, too, and may even meet an undamped pendulum."
-        ),
-        Figure(
-            "damping",
-            "Wrong damping at the designed frequency",
-            "actual damping ratio",
-            "V [%]",
-            lines,
-            _LEVELS,
-            [(DAMPING_RATIO, "designed")],
-        ),
-        Map(
-            "damping_map",
-            "Wrong frequency and damping",
-            PLANT,
-            "actual damping ratio",
-            "V [%]",
-            MAP_RATIOS,
-            MAP_DAMPINGS,
-            panels,
-            [*_LEVELS, (10.0, "10 %"), (20.0, "20 %")],
-            points=[(1.0, DAMPING_RATIO)],
-        ),
-    ]

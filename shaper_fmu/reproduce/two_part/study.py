@@ -10,6 +10,7 @@ from shaper_fmu.master.results import Results
 from shaper_fmu.progress import Update
 from shaper_fmu.reproduce.runs import OscillatorBench
 from shaper_fmu.reproduce.two_part.arm import ArmBench, ArmResiduals
+from shaper_fmu.reproduce.two_part.compared import Compared, compare
 from shaper_fmu.reproduce.two_part.runs import (
     COMMANDS,
     DAMPING_RATIO,
@@ -93,7 +94,9 @@ class Study:
         swings: of the nonlinear pendulum. arm, arm_bands, arm_curves, arm_runs: the same of the hydraulic arm.
         estimates: of the commands of `COMMANDS`: the command changes, the pendulum stays.
         undamped: V at the designed frequency of commands that are designed without damping.
-        damping: V over `DAMPINGS`. maps: V over `MAP_DAMPINGS` and `MAP_RATIOS`, shape (m, n).
+        compared: other methods, by name and duration [s].
+        believed: V over `DAMPINGS` for which the command is designed; the pendulum has the paper's.
+        damping: V over `DAMPINGS` of the pendulum. maps: V over `MAP_DAMPINGS` and `MAP_RATIOS`, shape (m, n).
     """
 
     shapes: dict[str, Results]
@@ -111,6 +114,8 @@ class Study:
     arm_runs: dict[str, Results]
     estimates: dict[str, Estimates]
     undamped: dict[str, float]
+    compared: dict[str, dict[float, Compared]]
+    believed: dict[str, np.ndarray]
     damping: dict[str, np.ndarray]
     maps: dict[str, np.ndarray]
 
@@ -130,9 +135,11 @@ def run_study(update: Update) -> Study:
         nominal = {name: vibration(bench, name) for name in COMMANDS}
         errors = {name: [vibration(bench, name, r) for r in ERRORS] for name in COMMANDS}
         undamped = {name: vibration(bench, name, design_damping=0.0) for name in COMMANDS}
+        believed = {name: np.array([vibration(bench, name, design_damping=z) for z in DAMPINGS]) for name in COMMANDS}
         damping = {name: np.array([vibration(bench, name, 1.0, z) for z in DAMPINGS]) for name in COMMANDS}
         update(2, parts)
         maps = {name: _map(bench, name) for name in COMMANDS}
+    compared = compare(LEVEL)
     update(3, parts)
     shaper_durations = {}
     with oscillator(1.5) as shaped:
@@ -154,7 +161,7 @@ def run_study(update: Update) -> Study:
     update(parts, parts)
     return Study(
         shapes, durations, half, nominal, errors, bands, curves, shaper_durations, swings,
-        arm, arm_bands, arm_curves, arm_runs, estimates, undamped, damping, maps,
+        arm, arm_bands, arm_curves, arm_runs, estimates, undamped, compared, believed, damping, maps,
     )  # fmt: skip
 
 
