@@ -29,7 +29,7 @@ def swinging(matrix: np.ndarray) -> list[complex]:
 
 @pytest.fixture(scope="module")
 def draws(fmus) -> dict[str, list[tuple[Hidden, PlantIdentification]]]:
-    """For each of four plants 20 experiments on hidden random parameters, with the true poles."""
+    """For each plant 20 experiments on hidden random parameters, with the true poles."""
     found = {}
     for seed, (name, make) in enumerate(HIDDEN.items()):
         rng = np.random.default_rng(seed)
