@@ -49,6 +49,44 @@ def test_moves_are_compared_with_the_fastest_one():
     assert {one.profile.kind.name for one in choice.candidates if one.profile} == {"trapezoid", "s_curve", "cycloid"}
 
 
+@pytest.mark.parametrize(
+    ("box", "wanted", "gap"),
+    [
+        (ModeBox.around(5.0), {}, 1e-3),  # 1.429 s in reference numbers of linear programmes on a fine grid
+        (ModeBox.around(5.0, 0.02, 0.1), {"nominal_tolerance": 0.01}, 1e-3),
+        (ModeBox(Range(4.6, 5.0, 5.3), Range(0.01, 0.02, 0.1)), {}, 0.02),  # the floor knows the least damping alone
+    ],
+)
+def test_the_fastest_move_without_vibration_is_recommended_and_lies_on_the_floor(box, wanted, gap):
+    """Its V by the exact integral over each segment (Duhamel), at every corner and between; limits by its pieces."""
+    move = Move(1.0, max_velocity=1.0, max_acceleration=3.0)
+    choice = choose([box], Requirements(move=move, **wanted))
+    best, fastest = choice.recommended, 4.0 / 3.0
+    assert best is not None
+    assert best.profile is not None
+    assert best.profile.kind.name == "fastest"
+    assert choice.floor is not None
+    assert choice.floor <= best.delay <= choice.floor + gap * (choice.floor + fastest)
+    assert best.delay < 0.75 * min(one.delay for one in choice.candidates if one is not best and one.worst_case <= 0.05)
+    assert best.profile.peak_velocity <= 1.0 + 1e-9
+    assert best.profile.peak_acceleration <= 3.0 + 1e-9
+    for zeta in np.linspace(*box.dampings, 3):
+        for w in np.linspace(*box.frequencies, 21):
+            t = np.linspace(0.0, best.profile.duration, 20001)
+            a = best.profile.acceleration(0.5 * (t[1:] + t[:-1]))
+            pole = complex(-zeta * w, w * math.sqrt(1.0 - zeta * zeta))
+            swing = (a * np.diff(np.exp(pole * (t[-1] - t)))).sum() / pole
+            assert abs(swing) / (w * 1.0) <= best.worst_case + 2e-4
+    if box.frequencies[0] == box.frequencies[1]:
+        assert fastest + best.delay == pytest.approx(1.429, abs=1e-3)
+
+
+def test_why_there_is_no_fastest_move_is_told():
+    choice = choose([ModeBox.around(5.0)], Requirements(move=Move(1.0, max_velocity=1.0), kinds=("fastest", "cycloid")))
+    (entry,) = [one for one in choice.left_out if one.name == "fastest"]
+    assert "needs max_acceleration" in entry.reason
+
+
 @pytest.mark.parametrize("nominal", [1.0, 0.01])
 def test_no_move_that_fits_is_below_the_floor_of_moves(nominal):
     """The floor is a linear programme's; for one known mode it is the lower bound of the fastest move at that tolerance."""

@@ -14,7 +14,7 @@ from shaper_fmu.tune.choice.bands import shortest
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.candidates import designs
 from shaper_fmu.tune.choice.move_floor import least_delay
-from shaper_fmu.tune.choice.moves import profiles
+from shaper_fmu.tune.choice.moves import profiles, without_vibration
 from shaper_fmu.tune.choice.names import told_apart
 from shaper_fmu.tune.choice.reasons import recommendation
 from shaper_fmu.tune.choice.requirements import Requirements
@@ -40,7 +40,8 @@ def choose(modes: Sequence[ModeBox], requirements: Requirements | None = None, *
     search = Search(boxes, requirements)
     for design in found.plain:
         search.add(design)
-    for law in profiles(boxes, requirements, found.left_out):
+    fastest = without_vibration(boxes, requirements, found.left_out)
+    for law in [*profiles(boxes, requirements, found.left_out), *([fastest] if fastest is not None else [])]:
         search.add_profile(law)
     search.mix(found)
     candidates, dominated = told_apart(sorted(search.candidates, key=order), search.dominated)

@@ -9,14 +9,16 @@ from itertools import pairwise
 
 import numpy as np
 
+from shaper_fmu.design.fastest import fastest_move as designed_move
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
+from shaper_fmu.design.lp.layout import Band
 from shaper_fmu.design.profiles import Profile, profile
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.profiles.limits import NO_LIMIT
 from shaper_fmu.tune.choice.bounds import remaining
 from shaper_fmu.tune.choice.boxes import ModeBox, shares
 from shaper_fmu.tune.choice.candidates import LeftOut
-from shaper_fmu.tune.choice.requirements import PROFILES, Move, Requirements
+from shaper_fmu.tune.choice.requirements import FASTEST, PROFILES, Move, Requirements
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _PANEL = 2.0
@@ -73,6 +75,28 @@ def profiles(boxes: Sequence[ModeBox], requirements: Requirements, left_out: lis
         except ComponentError as error:
             entry = LeftOut(kind.replace("_", " "), str(error))
             left_out += [entry] if entry not in left_out else []
+
+
+def without_vibration(boxes: Sequence[ModeBox], requirements: Requirements, left_out: list[LeftOut]) -> Profile | None:
+    """The fastest move that keeps the tolerances on every mode alone, and so on all of them together; None where there is none.
+
+    Each box is a band of frequencies at its least and at its largest damping ratio, and its nominal point is one more.
+    """
+    move = requirements.move
+    if move is None or not requirements.wants(FASTEST):
+        return None
+    limits = {"max_velocity": move.max_velocity, "max_acceleration": move.max_acceleration}
+    tolerance, nominal = (limit * (1.0 - _ROOM) for limit in (requirements.tolerance, requirements.nominal_tolerance))
+    bands = [Band(*box.frequencies, tolerance, zeta) for box in boxes for zeta in dict.fromkeys(box.dampings)]
+    if requirements.nominal_stricter:
+        bands += [Band(w, w, nominal, zeta) for w, zeta in (box.nominal for box in boxes)]
+    try:
+        values = designed_move(move.distance, **limits, modes=bands).start_values()
+        segments = {name: value for name, value in values.items() if name not in ("profile", "distance")}
+        return profile(FASTEST, move.distance, **limits, **segments)
+    except ComponentError as error:
+        left_out.append(LeftOut(FASTEST, str(error)))
+        return None
 
 
 class _Kind:

@@ -15,7 +15,9 @@ NEGATIVE = tuple(name for name, method in SHAPERS.items() if method.negative)
 POSITIVE = tuple(name for name, method in SHAPERS.items() if not method.negative)
 OFFLINE = ("si", "direct_zv", "direct_zvd")
 PROFILES = tuple(name for name, method in METHODS.items() if method.span is None and method.tuned)
-KNOWN = (*POSITIVE, *NEGATIVE, *OFFLINE, *PROFILES)
+FASTEST = "fastest"
+"""The profile that is designed for all modes at once, with the proof that none is faster."""
+KNOWN = (*POSITIVE, *NEGATIVE, *OFFLINE, *PROFILES, FASTEST)
 
 
 @dataclass(frozen=True)
