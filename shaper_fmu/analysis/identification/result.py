@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 Kind = Literal[
-    "offset", "drift", "acceleration", "decay", "growth", "unstable", "overdamped", "harmonic", "minor", "too_slow", "too_fast"
-]
+    "offset", "drift", "acceleration", "decay", "growth", "unstable", "overdamped", "harmonic", "minor", "too_slow", "too_fast",
+    "line",
+]  # fmt: skip
 """What a pole is that is no mode of vibration.
 
 offset, drift, acceleration: one, two, three poles at 0 (a new rest, a rigid body that moves on, one that is driven on); decay,
 growth: a real pole; unstable: a pair that grows; overdamped: a pair with a damping ratio above 0.95; harmonic: a sum of other
-poles, which a nonlinearity makes; minor: of less than the smallest share asked for; too_slow, too_fast: the data do not support it.
+poles, which a nonlinearity makes; minor: of less than the smallest share asked for; too_slow, too_fast: the data do not support it;
+line: a motion that something keeps up, such as a hum.
 """
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +19,11 @@ from shaper_fmu.analysis.identification import (
     identify,
 )
 from shaper_fmu.analysis.identification.beginning import Beginnings, cut, first_free
+from shaper_fmu.analysis.identification.record import FEWEST_SAMPLES
+from shaper_fmu.analysis.identification.swept import find_sweep
 from shaper_fmu.errors import nearest
 from shaper_fmu.tune.identify.measured_clock import time_column
+from shaper_fmu.tune.identify.measured_lines import without_lines
 from shaper_fmu.tune.identify.measured_table import Table, read_table
 
 _UNIFORM = 1e-3
@@ -33,17 +36,13 @@ _TAIL, _FEWEST = 20, 16
 _DEVIATION, _ALIKE = 6.0, 0.3
 _LEVELS = 0.5
 """Different values over samples, up to which a sensor may give them in steps."""
+_LEFT = 0.95
+"""Share of the record up to which a sweep may last, so that what is behind it is looked at."""
 _FREE = "the whole record is taken to be free: its modes are the same from its first sample on as from later beginnings"
 _ASSUMED = (
     "it was not given when the response becomes free. It seems to be free from {:.4g} s on: its modes are the same from there as "
     "from later times, but modes that have decayed by then are not seen. Give the end of the excitation (excitation_end, "
     "--excitation-end), or its column (input, --input)"
-)
-_FADING = 0.02
-"""A mode whose amplitude falls by less than this share over the record may be kept up by something."""
-_KEPT_UP = (
-    "the motion at {:.4g} rad/s does not decay over the record: something may keep it up (a hum, an unbalance, a limit cycle) that "
-    "no shaper changes. Take a longer record, in which the machine is at rest except for its vibration"
 )
 _UNKNOWN = (
     "it is unknown when the response becomes free: there is no time from which on its modes stay the same. Give the end of the "
@@ -119,18 +118,19 @@ def identify_measured(
     findings += [Finding("resampled", note)] if note else []
     step = float(grid[-1] - grid[0]) / (len(grid) - 1)
     response = free_response(uniform, step, names, _quantisation(values))
+    behind = _behind_sweep(response, grid, given=first is not None)
     if first is None:
-        start = first_free(response, smallest_share)
+        start = first_free(cut(response, behind), smallest_share)
         if start is None:
             raise IdentificationError(_UNKNOWN)
+        start += behind
         grid, uniform, response = grid[start:], uniform[start:], cut(response, start)
         findings.append(Finding("assumed_free", _ASSUMED.format(grid[0])) if start else Finding("found_free", _FREE))
         end = float(grid[0])
     else:
         end = float(excitation_end if excitation_end is not None else t[first - 1])
-    found = identify(response, smallest_share=smallest_share)
-    findings += found.findings
-    findings += _not_decaying(found, float(grid[-1] - grid[0]))
+    found, lines = without_lines(identify(response, smallest_share=smallest_share), _before(t, values, grid, response))
+    findings += [*found.findings, *lines]
     if first is not None or not start:
         findings += _unconfirmed(response, smallest_share, end, given=first is not None)
     return MeasuredIdentification(
@@ -138,14 +138,30 @@ def identify_measured(
     )
 
 
-def _not_decaying(found: Identification, length: float) -> list[Finding]:
-    """Findings of modes that do not decay over a record of `length` [s]: they cannot be distinguished from a sustained motion."""
-    kept_up = [
-        mode.natural_frequency
-        for mode in found.modes
-        if (mode.damping_ratio - 2.0 * mode.damping_ratio_std) * mode.natural_frequency * length < _FADING
-    ]
-    return [Finding("not_decaying", _KEPT_UP.format(frequency)) for frequency in kept_up]
+def _before(t: np.ndarray, values: np.ndarray, grid: np.ndarray, response: FreeResponse) -> FreeResponse | None:
+    """The response up to the first sample of the free one, at the same distances; None if there is too little of it."""
+    times = np.arange(grid[0] - response.step, t[0] - 1e-9 * response.step, -response.step)[::-1]
+    if len(times) < FEWEST_SAMPLES or t[0] > times[0] + 1e-6 * response.step:
+        times = times[1:]
+    if len(times) < FEWEST_SAMPLES:
+        return None
+    known = t < grid[0] + response.step
+    return replace(response, values=np.column_stack([np.interp(times, t[known], column[known]) for column in values.T]))
+
+
+def _behind_sweep(response: FreeResponse, grid: np.ndarray, *, given: bool) -> int:
+    """The sample behind a swept motion, 0 without one. Raises IdentificationError where that should be free, or nothing is left."""
+    found = find_sweep(response)
+    if found is None:
+        return 0
+    first = round(found.end / response.step)
+    if given or first > _LEFT * len(response.values):
+        raise IdentificationError(
+            f"this is no free response: from {grid[0] + found.begin:.4g} to {grid[0] + found.end:.4g} s the motion sweeps from "
+            f"{found.first:.3g} to {found.last:.3g} Hz, as a swept excitation drives it. Give the column of the command (command, "
+            "--command), or the part after the excitation (excitation_end, --excitation-end)"
+        )
+    return first
 
 
 def _column(table: Table, name: str) -> str:
