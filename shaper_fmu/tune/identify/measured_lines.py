@@ -20,7 +20,7 @@ _SAME, _ABSENT = 0.35, 0.5
 """What was there before the excitation is the same up to this share; it was not there if it was less than that share."""
 _KEPT_UP = (
     "the motion at {:.4g} rad/s does not decay over the record: something may keep it up (a hum, an unbalance, a limit cycle) that "
-    "no shaper changes{}. Take a longer record, in which the machine is at rest except for its vibration, or one that begins at rest"
+    "no shaper changes{}. Take a longer record, in which the machine rests except for its vibration, or one that begins at rest"
 )
 _EXCLUDED = "; it was excluded"
 _HUM = "the line at {:.5g} Hz is a hum of the mains or of a drive, {}: it was excluded, since no command excites it"
