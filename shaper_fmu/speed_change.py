@@ -63,10 +63,13 @@ class SpeedChange(Component):
 def change_speed(m: SpeedChange, target: float) -> float:
     """The time [s] of the fastest change from `from_speed` to the target that takes the swing away, NONE if it takes too long.
 
-    It keeps the accelerations between `low` < 0 and `high` > 0, the speed between `lowest` and `highest`.
+    It keeps the acceleration between `low` <= 0 and `high` >= 0, the speed between `lowest` and `highest`.
     """
     m.change = target - m.from_speed
-    shortest = max(m.change / m.high, m.change / m.low)
+    limit = m.high if m.change > 0.0 else m.low
+    if limit == 0.0:
+        return NONE
+    shortest = m.change / limit
     share = missing(m, shortest)
     if share <= 1.0:
         blend(m, shortest, share)
@@ -282,6 +285,9 @@ def cut(m: SpeedChange, phase: float, level: float) -> float:
 
 def add_kept(m: SpeedChange, time: float, level: float) -> None:
     """A piece that ends where the speed would leave its range, and is held from there on."""
+    if level == 0.0:
+        add_piece(m, time, level)
+        return
     room = ((m.highest if level > 0.0 else m.lowest) - m.piece_speed) / level
     moved = max(0.0, min(time, room))
     add_piece(m, moved, level)

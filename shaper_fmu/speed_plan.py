@@ -39,18 +39,37 @@ def add_change(m: SpeedPlan, speed: float, x: float, y: float, target: float, lo
     """
     m.planned = 0
     begin_change(m, speed, x, y, lowest, highest)
-    change = target - speed
+    return add_found(m, target)
+
+
+def add_found(m: SpeedPlan, target: float) -> bool:
+    """The fastest change as it was begun, as the end of the plan; whether there is one."""
+    change = target - m.from_speed
     time = abs(change) / m.pull - 0.5 * HALF_SWINGS * math.pi / m.pole_frequency
     if time > 0.0:
         add_ramp(m, time, math.copysign(m.pull, change))
     if change_speed(m, target) == NONE:
         return False
-    add_pieces(m)
+    for i in range(m.pieces):
+        m.plan_time[m.planned] = m.piece_time[i]
+        m.plan_level[m.planned] = m.piece_level[i]
+        m.planned += 1
     return True
 
 
-def plan_stop(m: SpeedPlan, speed: float, x: float, y: float) -> bool:
-    """The plan that brakes at once, as hard as it may, and takes the swing away by moving back; whether there is one."""
+def plan_braking(m: SpeedPlan, speed: float, x: float, y: float) -> bool:
+    """The fastest plan of a stop that never accelerates; whether there is one."""
+    m.planned = 0
+    begin_change(m, speed, x, y, min(speed, 0.0), max(speed, 0.0))
+    if speed > 0.0:
+        m.high = 0.0
+    else:
+        m.low = 0.0
+    return add_found(m, 0.0)
+
+
+def plan_travel(m: SpeedPlan, speed: float, x: float, y: float) -> bool:
+    """The plan of a stop that brakes at once, as hard as it may, and takes the swing away by moving back; whether there is one."""
     m.planned = 0
     lowest = 0.0 if speed < 0.0 else -m.largest_speed
     highest = 0.0 if speed > 0.0 else m.largest_speed
@@ -58,10 +77,7 @@ def plan_stop(m: SpeedPlan, speed: float, x: float, y: float) -> bool:
     if speed != 0.0:
         add_ramp(m, abs(speed) / m.pull, -math.copysign(m.pull, speed))
         m.from_speed = 0.0
-    if change_speed(m, 0.0) == NONE:
-        return False
-    add_pieces(m)
-    return True
+    return add_found(m, 0.0)
 
 
 def begin_change(m: SpeedPlan, speed: float, x: float, y: float, lowest: float, highest: float) -> None:
@@ -82,14 +98,6 @@ def add_ramp(m: SpeedPlan, time: float, level: float) -> None:
     m.planned += 1
     m.from_speed += time * level
     m.swing_x, m.swing_y = swung(m, m.swing_x, m.swing_y, level, time)
-
-
-def add_pieces(m: SpeedPlan) -> None:
-    """The change that was found, as the end of the plan."""
-    for i in range(m.pieces):
-        m.plan_time[m.planned] = m.piece_time[i]
-        m.plan_level[m.planned] = m.piece_level[i]
-        m.planned += 1
 
 
 def swung(m: SpeedPlan, x: float, y: float, level: float, time: float) -> tuple[float, float]:

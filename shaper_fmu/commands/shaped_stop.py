@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import ClassVar
 
 from shaper_fmu.component import MEAN, NO_EVENT, Input, Output, Parameter, State, Variable, time_tolerance
-from shaper_fmu.speed_plan import PIECES, SpeedPlan, plan_change, plan_stop, swung
+from shaper_fmu.speed_plan import PIECES, SpeedPlan, plan_braking, plan_change, plan_travel, swung
 
 TOO_MUCH_SWING = 1
 TOO_FAST = 2
@@ -16,12 +16,14 @@ TOO_FAST = 2
 class StopCriterion(IntEnum):
     """Items:
 
-    - time: the least time until drive and load rest;
+    - time: the least time until drive and load rest; the drive may accelerate in between;
+    - braking: the least time without accelerating; if the swing cannot be taken away so, `time`;
     - travel: the drive brakes at once, as hard as it may, and moves back a little to take the swing away.
     """
 
     time = 1
-    travel = 2
+    braking = 2
+    travel = 3
 
 
 class SwingSource(IntEnum):
@@ -42,14 +44,15 @@ class ShapedStop(SpeedPlan):
     present swing: a few pieces of constant acceleration, after which the drive has the commanded speed and the load hangs
     still; exactly, for the linear pendulum theta'' + 2 zeta w theta' + w^2 theta = -a/l, w = sqrt(g/l). The speed stays within
     max_speed, the acceleration within max_acceleration, while `stop` is true within stop_deceleration. Plans take the least
-    time; a stop by the criterion `travel` brakes at once, and goes no farther than v^2/(2 stop_deceleration).
+    time; stops have least of what `criterion` says. One by `travel` goes no farther than v^2/(2 stop_deceleration).
 
     The rope's length counts when a plan begins. The pieces are exact in time, and `next_event_time` announces them; a master
     that can only hold inputs over fixed steps wires `acceleration_mean`.
 
     Criteria:
 
-    - time: the least time until drive and load rest;
+    - time: the least time until drive and load rest; the drive may accelerate in between;
+    - braking: the least time without accelerating; if the swing cannot be taken away so, `time`;
     - travel: the drive brakes at once, as hard as it may, and moves back a little to take the swing away.
 
     Sources of the swing:
@@ -87,7 +90,7 @@ class ShapedStop(SpeedPlan):
     stop_deceleration: Variable[float] = Parameter(
         0.3, "m/s2", "the same while stop is true", min=0.0, exclusive=True, published=(1e-9, None)
     )
-    criterion: Variable[int] = Parameter(StopCriterion.time, "", "what a stop has least of")
+    criterion: Variable[int] = Parameter(StopCriterion.braking, "", "what a stop has least of")
     overshoot: Variable[float] = Parameter(
         0.0, "m/s", "by how much the speed may leave the range from its present value to the target, to be faster", min=0.0
     )
@@ -193,9 +196,12 @@ def plan(m: ShapedStop, t: float, target: float) -> bool:
     m.pull = m.stop_deceleration if m.stop else m.max_acceleration
     x = m.rope_length * (m.begin_rate + m.pole_decay * m.begin_angle)
     y = m.rope_length * m.pole_frequency * m.begin_angle
+    found = False
     if m.stop and m.criterion == StopCriterion.travel:
-        found = plan_stop(m, m.begin_speed, x, y)
-    else:
+        found = plan_travel(m, m.begin_speed, x, y)
+    elif m.stop and m.criterion == StopCriterion.braking:
+        found = plan_braking(m, m.begin_speed, x, y)
+    if not found:
         found = plan_change(m, m.begin_speed, x, y, target, m.overshoot)
     enter(m, x, y)
     return found

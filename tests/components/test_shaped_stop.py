@@ -43,7 +43,7 @@ states = {
     "zeta": st.one_of(st.just(0.0), st.floats(0.0, 0.4)),
     "top": st.floats(0.2, 4.0),
     "overshoot": st.sampled_from([0.0, 0.1, 10.0]),
-    "how": st.sampled_from(["time", "travel", "target"]),
+    "how": st.sampled_from(["time", "braking", "travel", "target"]),
 }
 
 
@@ -59,7 +59,7 @@ def test_from_any_speed_and_swing_the_limits_are_kept_and_the_load_rests(
     drive = Drive(max_speed=top, max_acceleration=pull, stop_deceleration=pull, overshoot=overshoot, damping_ratio=zeta,
                   rope_length=length, initial_speed=top * speed, initial_angle=amplitude * math.cos(phase),
                   initial_rate=w * amplitude * math.sin(phase), target_speed=top * target, stop=how != "target",
-                  criterion="travel" if how == "travel" else "time")  # fmt: skip
+                  criterion="time" if how == "target" else how)  # fmt: skip
     end = drive["rest_time"]
     drive.step(end + 1.0)
     check_limits(drive, pull)
@@ -71,10 +71,13 @@ def test_from_any_speed_and_swing_the_limits_are_kept_and_the_load_rests(
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.lists(st.tuples(st.integers(1, 80), st.integers(-4, 4), st.booleans()), min_size=1, max_size=12), st.booleans())
-def test_buttons_pressed_and_released_at_any_time(presses, travel):
+@given(
+    st.lists(st.tuples(st.integers(1, 80), st.integers(-4, 4), st.booleans()), min_size=1, max_size=12),
+    st.sampled_from(["time", "braking", "travel"]),
+)
+def test_buttons_pressed_and_released_at_any_time(presses, criterion):
     """Commands beyond the limit, stops in the middle of swings, at communication points 0.1 s apart."""
-    drive = Drive(rope_length=8.0, criterion="travel" if travel else "time", **LIMITS)
+    drive = Drive(rope_length=8.0, criterion=criterion, **LIMITS)
     for steps, speed, stop in presses:
         for _ in range(steps):
             drive.step(drive.time + 0.1, target_speed=0.3 * speed, stop=stop)
@@ -144,9 +147,29 @@ def test_a_load_that_hangs_still_needs_less_than_a_ramp_through_zv(speed, hull):
     optimum = Optimum(1.0, 0.0, 1.0, 0.0, speed)
     shortest = optimum.time(speed, 0.0, 0.0, 0.0)
     assert shortest == pytest.approx(hull, abs=0.01)
-    found = Drive(gravity=5.0, max_speed=10.0, stop_deceleration=1.0, initial_speed=speed, stop=True)["rest_time"]
+    found = Drive(gravity=5.0, max_speed=10.0, stop_deceleration=1.0, initial_speed=speed, stop=True, criterion="time")["rest_time"]
     assert shortest * (1.0 - 2e-3) <= found <= shortest * 1.02
     assert found < 0.78 * (speed + math.pi)
+
+
+@pytest.mark.parametrize("speed", [1.0, -0.7, 0.2])
+@pytest.mark.parametrize("angle", [0.0, 0.01])
+def test_a_stop_by_braking_never_accelerates_and_is_the_fastest_that_does_not(speed, angle):
+    """Linear programmes with accelerations of one sign; undamped, a swing of 0.01 rad is less than the speed takes away."""
+    drive = Drive(criterion="braking", rope_length=7.0, initial_speed=speed, initial_angle=angle, stop=True, **LIMITS)
+    drive.step(drive["rest_time"])
+    assert all(level * speed <= 0.0 for _, level in drive.pieces)
+    assert swing_left(drive) < 1e-12
+    lowest = Optimum(math.sqrt(GRAVITY / 7.0), 0.0, (-0.8, 0.0) if speed > 0.0 else (0.0, 0.8), -1.0, 1.0)
+    assert drive["rest_time"] == pytest.approx(lowest.time(speed, 0.0, 7.0 * angle, 0.0), rel=2e-3)
+
+
+def test_a_swing_that_braking_cannot_take_away_is_taken_away_all_the_same():
+    """0.2 rad on 7 m swing at 1.66 m/s; the 0.2 m/s there are to brake are too little."""
+    drive = Drive(criterion="braking", rope_length=7.0, initial_speed=0.2, initial_angle=0.2, stop=True, **LIMITS)
+    drive.step(drive["rest_time"])
+    assert any(level > 0.0 for _, level in drive.pieces)
+    assert swing_left(drive) < 1e-12
 
 
 @pytest.mark.parametrize("speed", [1.0, -0.7, 0.2])

@@ -150,7 +150,16 @@ def test_fmi3_names_the_time_where_it_acts(name):
     outputs = declared_knowns(name, "3", "outputs")
     initial = declared_knowns(name, "3", "initialUnknowns")
     label = next(v.name for v in described(name, "3").modelVariables if v.causality == "independent")
-    acts = name in ("HoistingShaper", "InputShaper", "LimitedShaper", "MotionProfile", "PulseTrain", "PulseWidthModulator")
+    acts = name in (
+        "HoistingShaper",
+        "InputShaper",
+        "LimitedShaper",
+        "MotionProfile",
+        "OperatorPanel",
+        "PulseTrain",
+        "PulseWidthModulator",
+        "ShapedStop",
+    )
     assert {label in known for known in outputs.values()} == {acts}
     calculated = {v.name for v in visible_variables(ALL[name]) if v.causality == "calculatedParameter"}
     assert {label in known for unknown, known in initial.items() if unknown not in calculated} == {acts}

@@ -89,9 +89,10 @@ class Optimum:
     q'' + 2 zeta w q' + w^2 q = -a at rest at the end, for the deflection q: int a exp(-p t) dt = q' - conj(p) q at the start.
     """
 
-    def __init__(self, w: float, zeta: float, pull: float, lowest: float, highest: float, cells: int = 120):
+    def __init__(self, w: float, zeta: float, pull: float | tuple[float, float], lowest: float, highest: float, cells: int = 120):
         self.pole = w * complex(-zeta, math.sqrt(1.0 - zeta * zeta))
-        self.pull, self.lowest, self.highest, self.cells = pull, lowest, highest, cells
+        self.pull = pull if isinstance(pull, tuple) else (-pull, pull)
+        self.lowest, self.highest, self.cells = lowest, highest, cells
 
     def possible(self, time: float, speed: float, target: float, swing: complex) -> bool:
         n, h = self.cells, time / self.cells
@@ -102,7 +103,7 @@ class Optimum:
         most = np.concatenate((np.full(n, self.highest - speed), np.full(n, speed - self.lowest)))
         exact = np.array([np.full(n, h), effect.real, effect.imag])
         wanted = [target - speed, swing.real, swing.imag]
-        found = linprog(np.zeros(n), rows, most, exact, wanted, (-self.pull, self.pull), method="highs")
+        found = linprog(np.zeros(n), rows, most, exact, wanted, self.pull, method="highs")
         return found.status == 0
 
     def time(self, speed: float, target: float, deflection: float, rate: float) -> float:
