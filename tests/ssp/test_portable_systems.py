@@ -25,6 +25,7 @@ from shaper_fmu.ssp.portable import ECOS, FMPY, LIBCOSIM, OMSIMULATOR, uses
 ROOT = Path(__file__).parents[2]
 RECORDED = {
     "double_pendulum_range": ["shaper.shaped_mean", "crane.hook_offset", "crane.load_offset", "crane.load_position"],
+    "operator_crane": ["drive.speed", "drive.acceleration_mean", "crane.trolley_position", "crane.swing_angle"],
     "overhead_crane": ["shaper.shaped_mean", "crane.trolley_position", "crane.swing_angle", "crane.load_position"],
     "partial_modes_three_mass": ["chain.position[1]", "chain.position[3]", "chain.velocity[1]"],
     "pwm_mass_spring": ["train.pulse", "plant.position", "plant.velocity"],
