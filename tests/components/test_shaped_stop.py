@@ -133,12 +133,23 @@ def excess(case: dict[str, Any]) -> float:
 
 @pytest.mark.parametrize("count", [12, pytest.param(100, marks=pytest.mark.thorough)])
 def test_least_time_is_that_of_linear_programmes(count):
-    """Of 120 cells, to 0.1 %. Where the speed is held at its limit on the way, a plan may be longer; that is seldom."""
+    """Of 120 cells, to 0.1 %: speeds that do not begin or end at the limit."""
     found = np.array([excess(random_case(seed)) for seed in range(count)])
     print(f"median {np.median(found):.4f}, 90 % below {np.quantile(found, 0.9):.4f}, worst {found.max():.4f}")
+    assert found.max() < 1e-3
+
+
+@pytest.mark.parametrize("count", [12, pytest.param(100, marks=pytest.mark.thorough)])
+def test_with_speeds_held_at_the_limit_a_plan_is_seldom_longer(count):
+    """From one end of the speed's range to rest or to the other end, with and without overshoot."""
+    found = []
+    for seed in range(count):
+        case, sign = random_case(seed), 1.0 if seed % 2 else -1.0
+        ends = {"initial_speed": sign * case["max_speed"], "target_speed": -sign * (seed % 3) / 2 * case["max_speed"]}
+        found.append(excess({**case, **ends, "overshoot": 0.0 if seed % 5 else 9.0}))
+    print(f"median {np.median(found):.4f}, 90 % below {np.quantile(found, 0.9):.4f}, worst {max(found):.4f}")
     assert np.median(found) < 1e-3
-    assert np.quantile(found, 0.9) < 0.01
-    assert found.max() < 0.3
+    assert max(found) < 0.25
 
 
 @pytest.mark.parametrize(("speed", "hull"), [(0.1, 2.20), (0.5, 2.60), (1.0, 3.10), (2.0, 3.93), (4.0, 5.12)])

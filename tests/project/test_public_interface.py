@@ -32,6 +32,16 @@ NAMES = {
         "output": "shaped shaped_mean pending next_event_time settled",
         "parameter": "shaper damping_ratio damping_rope_length gravity remainder_tolerance initial_command",
     },
+    "ShapedStop": {
+        "input": "target_speed stop rope_length swing_angle swing_rate",
+        "output": "speed acceleration acceleration_mean model_angle model_rate rest_time next_event_time settled",
+        "parameter": "max_speed max_acceleration stop_deceleration criterion overshoot swing_source swing_tolerance damping_ratio "
+        "gravity initial_speed initial_angle initial_rate",
+    },
+    "OperatorPanel": {
+        "output": "speed stop next_event_time",
+        "parameter": "presses press_time press_speed stop_time release_time",
+    },
     "LimitedShaper": {
         "input": "command",
         "output": "position velocity acceleration next_event_time settled",
@@ -105,6 +115,8 @@ def test_the_public_names_are_there(name):
         ),
         ("HoistingShaper", "shaper", "zv=1 zvd=2"),
         ("LimitedShaper", "command_is", "position=1 speed=2"),
+        ("ShapedStop", "criterion", "time=1 braking=2 travel=3"),
+        ("ShapedStop", "swing_source", "model=1 measured=2"),
         (
             "MotionProfile",
             "profile",

@@ -24,6 +24,15 @@ CHOSEN: dict[str, dict[str, Any]] = {
     "MassSpringDamper": {"mass": 0.7, "damping": 0.9},
     "OverheadCrane": {"initial_rope_length": 3.3, "damping_ratio": 0.02},
     "DoublePendulumCrane": {"initial_rope_length": 3.3, "sling_length": 1.2, "load_mass": 310.0, "damping_ratio": 0.02},
+    "OperatorPanel": {
+        "presses": 2,
+        "press_time[1]": 0.5,
+        "press_time[2]": 2.0,
+        "press_speed[2]": 0.3,
+        "stop_time": 3.0,
+        "release_time": 3.5,
+    },
+    "ShapedStop": {"damping_ratio": 0.03, "initial_angle": 0.1, "initial_speed": 0.4, "gravity": 40.0, "overshoot": 0.1},
     "RotatingBeam": {"modes": 2, "hub_radius": 0.08, "modal_damping[1]": 0.01, "modal_damping[2]": 0.02},
     "HydraulicPendulum": {"rod_length": 0.6, "leakage": 2e-12},
     "PulseTrain": {
