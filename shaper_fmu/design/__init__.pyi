@@ -19,6 +19,8 @@ from shaper_fmu.design.mode_selection import ModeSet as ModeSet
 from shaper_fmu.design.mode_selection import Selection as Selection
 from shaper_fmu.design.mode_selection import mode_sets as mode_sets
 from shaper_fmu.design.mode_selection import select_modes as select_modes
+from shaper_fmu.design.pd_and_shaper import PdDesign as PdDesign
+from shaper_fmu.design.pd_and_shaper import design_pd_and_shaper as design_pd_and_shaper
 from shaper_fmu.design.profiles import Profile as Profile
 from shaper_fmu.design.profiles import profile as profile
 from shaper_fmu.design.pulse_sequence import PulseSequence as PulseSequence
