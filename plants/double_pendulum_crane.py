@@ -152,6 +152,8 @@ class DoublePendulumCrane(Integrated):
             status = advance(self, h)
             if status:
                 return status
+        if self.rope_length <= 0.0:
+            return ROPE_SPENT
         gather(self)
         derivatives(self, 0.0, self.x, self.slope)
         self.hook_rate = self.slope[0]

@@ -109,6 +109,8 @@ class OverheadCrane(Integrated):
             status = advance(self, h)
             if status:
                 return status
+        if self.rope_length <= 0.0:
+            return ROPE_SPENT
         self.trolley_speed_rate = self.trolley_acceleration
         self.rope_speed = -self.hoist_speed
         self.swing_acceleration, pull = swing(self, 0.0, self.swing_angle, self.swing_rate)
