@@ -181,6 +181,8 @@ class HydraulicPendulum(Integrated):
                 status = advance(self, h / pieces)
                 if status:
                     return status
+        elif limits(self):  # of a state that a solver has set
+            return limits(self)
         gather(self)
         derivatives(self, 0.0, self.x, self.slope)
         self.slide_acceleration = self.slope[1]
@@ -237,12 +239,15 @@ def advance(m: HydraulicPendulum, h: float) -> int:
     m.relative_pressure[1] = m.x[5]
     m.pilot_position = m.x[6]
     m.spool_position = m.x[7]
+    return limits(m)
+
+
+def limits(m: HydraulicPendulum) -> int:
+    """Whether the equations hold in this state; returns 0 or a status."""
     if abs(m.slide_position) >= 0.5 * m.stroke:
         return AT_THE_END
-    m.lowest_pressure = min(m.x[4], m.x[5]) * m.supply_pressure
-    if m.lowest_pressure < 0.0:
-        return CAVITATION
-    return 0
+    m.lowest_pressure = min(m.relative_pressure[0], m.relative_pressure[1]) * m.supply_pressure
+    return CAVITATION if m.lowest_pressure < 0.0 else 0
 
 
 def gather(m: HydraulicPendulum) -> None:

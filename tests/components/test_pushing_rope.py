@@ -1,16 +1,12 @@
-"""Ropes that would have to push: refused, where Newton's law has the tension at zero, in co-simulation and model exchange."""
+"""Ropes that would have to push: refused, where Newton's law has the tension at zero."""
 
 from __future__ import annotations
 
 import math
 import re
-from ctypes import c_double
 
 import numpy as np
 import pytest
-from fmpy.fmi1 import FMICallException
-from native_drivers import Driver
-from native_host import native_fmu
 from scipy.integrate import solve_ivp
 
 from shaper_fmu.errors import ComponentError
@@ -161,26 +157,3 @@ def test_a_rope_that_is_gone_within_a_step_is_refused():
         else:
             plant.do_step(0.0, 3.0)
             assert plant.rope_length == pytest.approx(length, rel=1e-12)
-
-
-@pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize(
-    ("name", "state", "words"),
-    [
-        ("OverheadCrane", [0.0, 0.0, 5.0, 2.0, 0.1], "OverheadCrane: the rope would have to push"),
-        ("OverheadCrane", [0.0, 0.0, -0.1, 0.0, 0.1], "OverheadCrane: hoisting at 0 m/s leaves no rope (rope length -0.1 m)"),
-        ("DoublePendulumCrane", [0.0, 0.0, -0.1, 0.0, 0.0, 0.1, 0.0], "leaves no rope (rope length -0.1 m)"),
-        ("DoublePendulumCrane", [0.0, 0.0, 5.0, 2.0, 2.0, 0.0, 0.0], "DoublePendulumCrane: the rope would have to push"),
-        ("DoublePendulumCrane", [0.0, 0.0, 5.0, 0.0, 2.0, 0.0, 0.0], "DoublePendulumCrane: the sling would have to push"),
-    ],
-)
-def test_model_exchange_refuses_as_well(name, state, words, fmi):
-    driver = Driver(native_fmu(name, fmi), exchange=True).initialize()
-    driver.update()
-    driver.slave.enterContinuousTimeMode()
-    driver.slave.setContinuousStates((c_double * len(state))(*state), len(state))
-    ask = driver.slave.getContinuousStateDerivatives if fmi == 3 else driver.slave.getDerivatives
-    with pytest.raises(FMICallException):
-        ask((c_double * len(state))(), len(state))
-    assert words in driver.messages[-1]
-    driver.close()
