@@ -119,7 +119,7 @@ def test_a_jump_of_the_hoists_speed_is_the_limit_of_short_ramps(jump):
 
 
 def original_formula(r: float, l1: float, l2: float) -> list[float]:
-    """Blevins 1979, as in Singhose, Kim and Kenison 2008, eq. (4): sqrt(g/2) sqrt((1 + R)(1/L1 + 1/L2) -+ sqrt(...))."""
+    """As Singhose, Kim and Kenison (2008) have it: sqrt(g/2) sqrt((1 + R)(1/L1 + 1/L2) -+ sqrt(...))."""
     total = (1 + r) * (1 / l1 + 1 / l2)
     spread = math.sqrt(total**2 - 4 * (1 + r) / (l1 * l2))
     return [math.sqrt(G / 2 * (total - spread)), math.sqrt(G / 2 * (total + spread))]

@@ -29,7 +29,7 @@ SLING, HOOK = 2.0, 200.0
 
 
 def modes(load: float, rope: float) -> list[float]:
-    """Singhose, Kim and Kenison 2008, eq. (4) [rad/s]."""
+    """By the formula of Singhose, Kim and Kenison (2008) [rad/s]."""
     r = load / HOOK
     total = (1 + r) * (1 / rope + 1 / SLING)
     spread = math.sqrt(total**2 - 4 * (1 + r) / (rope * SLING))
