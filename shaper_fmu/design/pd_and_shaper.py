@@ -181,7 +181,7 @@ class _Task:
     def _look(self, sequence: ImpulseSequence, ratio: float) -> _Seen:
         end = sequence.duration + _AFTER
         delays = np.array(sequence.delays)
-        t = np.unique(np.concatenate([np.arange(0.0, end, _STEP), delays, delays + end * 1e-12]))
+        t = np.unique(np.concatenate([np.arange(0.0, end, _STEP), delays, delays[1:] - 1e-9]))  # before and after each jump
         after = t - delays[:, None, None]
         position, speed = _step(after, self._masses[:, None], ratio)
         amplitudes = np.array(sequence.amplitudes)[:, None, None]

@@ -23,11 +23,11 @@ def pulse_time(duration: float, max_velocity: float, natural_frequency: float) -
 
 
 def periods_apart(least: float) -> float:
-    """The smallest whole number of periods that is `least` or more, to rounding, and at least 1."""
+    """The smallest whole number of periods that is `least` or more, to rounding."""
     whole = float(int(least))
     if least - whole > _ROUNDING * least:
         whole += 1.0
-    return max(1.0, whole)
+    return whole
 
 
 def natural_period(natural_frequency: float) -> float:

@@ -188,6 +188,9 @@ def test_design_proves_a_bound_of_the_residual_vibration(tmp_path):
         (["design", "si", "--low", "4"], 2, "si needs --low and --high"),
         (["design", "zv", "-w", "-5"], 2, "-5 is outside its domain: a finite number above 0"),
         (["design", "direct_zv", "-w", "5"], 2, "is for two modes; 1 natural frequencies were given"),
+        (["design", "constant_acceleration", "-w", "5", "--duration", "1"], 2, "only if it takes longer than 1.25663706 s"),
+        (["design", "s_curve_modes", "-w", "5", "-w", "6", "--second-natural-frequency", "9"], 2, "not both"),
+        (["design", "s_curve_modes", "-w", "5", "-w", "6", "-w", "7", "-w", "8", "--duration", "3"], 2, "takes 1 to 3"),
     ],
 )
 def test_design_tells_what_is_wrong(tmp_path, arguments, code, words):
@@ -203,6 +206,11 @@ def test_design_tells_what_is_wrong(tmp_path, arguments, code, words):
         (["polynomial_345", "-w", "5", "--distance", "2", "--duration", "4"], ["0.9375 m/s", "0.721687836 m/s2"]),
         # a trapezoid at both limits: T = L/v + v/a
         (["trapezoid", "-w", "5", "--distance", "2", "--max-velocity", "0.5", "--max-acceleration", "1"], ["4.5 s", "0.5 m/s"]),
+        # speeding up and slowing down begin one period apart: V = L w/(2 pi)
+        (["constant_acceleration", "-w", "5", "--duration", "2"], ["0.795774715 m/s"]),
+        # two modes, the shortest S-curve: docs/commands.md
+        (["s_curve_modes", "-w", "20", "-w", "45", "--max-velocity", "1", "--max-acceleration", "3"], ["1.50792", "Modes"]),
+        (["s_curve_modes", "-w", "5", "--second-natural-frequency", "14", "--duration", "2"], ["residual V", "none"]),
         # five switches of the minimax command on the plant of Taskin, Kilic and Kapucu 2019
         (["minimax", "-w", "22.9476", "-z", "0.0891", "--duration", "0.1374496"], ["0.02861", "0.1196", "Switches"]),
         (["zv_carrier", "-w", "22.9476", "-z", "0.0891", "--frequency-ratio", "12"], ["1.037", "Switches"]),

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from shaper_fmu.design import PdDesign, design_pd_and_shaper, shaper
+from shaper_fmu.design.pd_and_shaper import _Task
 from shaper_fmu.errors import ArgumentError, NoSolutionError
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
@@ -79,12 +80,23 @@ def test_an_independent_integration_finds_the_same():
     assert max(run[2] for run in runs) == pytest.approx(found.overshoot, abs=3e-4)
 
 
+def test_a_force_that_is_largest_on_the_way_is_found():
+    """Without damping a heavier mass is braked harder, just before the second impulse, than the first one pushes; at w = 1 rad/s."""
+    for ratio in (0.0, 0.02, 0.3):
+        one = PdDesign(MASS, 2 * ratio * MASS, 1.0, ratio, "zvd", shaper("zvd", 1.0, ratio), 0.0, 0.0, 0.0, 0.0)
+        runs = [simulated(one, mass, 20.0) for mass in (MASS, 1.7 * MASS)]
+        found = _Task(np.array([1.0, 1.7]), 0.02, 1.0).seen("zvd", ratio)
+        assert found.force == pytest.approx(max(run[1] for run in runs) / (MASS * DISTANCE), rel=2e-4)
+        assert found.overshoot == pytest.approx(max(run[2] for run in runs), abs=2e-4)
+        assert found.force > 1.2 * one.sequence.amplitudes[0] or ratio > 0.0
+
+
 def test_no_design_of_a_random_search_settles_sooner():
     """Over gains and shaper, each with the largest gain that its peak force permits; the masses at the ends and in the middle."""
     found, rng = design_pd_and_shaper(MASS, DISTANCE, FORCE, mass_range=RANGE), np.random.default_rng(4)
     for _ in range(60):
         ratio, name = rng.uniform(0.0, 0.9), str(rng.choice(["zv", "zvd"]))
-        one = found.__class__(
+        one = PdDesign(
             MASS, 2 * ratio * MASS, 1.0, ratio, name, shaper(name, 1.0, ratio), 0.0, 0.0, 0.0, 0.0
         )  # w = 1 rad/s: time is w t, and the force Kp L
         runs = [simulated(one, mass, 16.0) for mass in (*RANGE, MASS)]

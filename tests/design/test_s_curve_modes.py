@@ -85,6 +85,43 @@ def test_segments_far_longer_than_the_periods_rise_as_a_power_of_the_versine():
     assert slope == pytest.approx(2 / 3 * (1 - np.cos(2 * math.pi * x)) ** 2, abs=1e-4)
 
 
+def test_a_mode_given_twice_is_left_at_rest_although_its_frequency_is_wrong():
+    """A double zero: V of an error e is proportional to e^2, of a single one to e."""
+    once = profile("s_curve_modes", 1.0, 3.0, 5.0)
+    twice = profile("s_curve_modes", 1.0, 3.0, 5.0, second_natural_frequency=5.0)
+    for law, order in ((once, 1), (twice, 2)):
+        small, large = (law.residual_vibration(5.0 * (1 + error)) for error in (1e-3, 2e-3))
+        assert large / small == pytest.approx(2.0**order, rel=0.02)
+    assert twice.residual_vibration(5.5) < 0.3 * once.residual_vibration(5.5)
+
+
+# duration, mode, second mode, third natural frequency, segment time: swings far beyond cruise speed and acceleration, and a little
+SWINGS = [
+    (0.9, (5.0, 0.7), (7.0, 0.5), 0.0, 0.0),
+    (0.6, (5.0, 0.0), (7.0, 0.0), 0.0, 0.0),
+    (1.5, (5.0, 0.9), (9.0, 0.0), 0.0, 0.2),
+    (0.8, (9.0, 0.1), (14.0, 0.0), 30.0, 0.0),
+    (1.6, (5.0, 0.5), (9.0, 0.0), 0.0, 0.0),
+    (2.176, (4.069, 0.05612), (27.767, 0.4134), (17.272, 0.5772), 0.0),  # swings back at first, and so beyond V when it brakes
+]
+
+
+@pytest.mark.parametrize(("duration", "first", "second", "third", "segment"), SWINGS)
+def test_peaks_of_strong_swings_are_those_of_a_dense_sampling(duration, first, second, third, segment):
+    law = profile(
+        "s_curve_modes",
+        1.0,
+        duration,
+        *first,
+        **parameters(second, third if isinstance(third, tuple) else (third, 0.0)),
+        segment_time=segment,
+    )
+    t = np.unique(np.concatenate([np.linspace(a, np.nextafter(b, 0.0), 4001) for a, b in pieces(law)]))
+    assert np.abs(law.velocity(t)).max() == pytest.approx(law.peak_velocity, rel=1e-5)
+    assert np.abs(law.acceleration(t)).max() == pytest.approx(law.peak_acceleration, rel=1e-5)
+    assert np.abs(law.velocity(t)).max() <= law.peak_velocity * (1 + 1e-12)
+
+
 def test_the_acceleration_stays_between_the_segments():
     """Segments of 0.5 s within a speeding-up of 5.5 s: V = 1/(T - ta), A = V/(ta - tau)."""
     law = profile("s_curve_modes", 10.0, 15.5, 20.0, 0.05, max_velocity=1.0, segment_time=0.5, **THREE)

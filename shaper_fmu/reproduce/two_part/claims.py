@@ -184,8 +184,8 @@ def _beyond(study: Study) -> list[Claim]:
             f"V below 5 % over {widths['two-part']:.3f} in w*/w; the next of the others, {second}: {widths[second]:.3f}",
             _verdict(max(widths, key=lambda name: widths[name]) == "two-part"),
             "The list of references is not part of the text that was at hand; tried are the methods that this paper and Taskin, "
-            f"Kilic and Kapucu (2019) name: {len(METHODS)} in all, of which {len(LONGER_THAN_A_PERIOD)} cannot move in less than a "
-            "period. It holds for the paper's time of 0.85 periods. In 1.5 periods the single command's band is "
+            f"Kilic and Kapucu (2019) name, {len(METHODS)} with their own, of which {len(LONGER_THAN_A_PERIOD)} cannot move in "
+            "less than a period. It holds for the paper's time of 0.85 periods. In 1.5 periods the single command's band is "
             f"{later['single']:.3f} wide and the two-part one's {later['two-part']:.3f}: to first order it is better in less than "
             "sqrt(8/5) = 1.265 periods alone. Of the usual shapers, ZV "
             f"(in {times['ZV']:.3f} s) has a band of {width(zv):.3f} of the pendulum's own frequency, and ZVD one as wide as the "

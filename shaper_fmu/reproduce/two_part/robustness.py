@@ -33,7 +33,7 @@ def compared_table(study: Study) -> Table:
 
 def damping_blocks(study: Study) -> list[Block]:
     """What a wrong damping leaves: over the pendulum's, over the one that the command is designed for, and by formula."""
-    lines = [Line(name, DAMPINGS, 100 * curve) for name, curve in study.damping.items()]
+    lines = [Line(f"{name}, over the pendulum's", DAMPINGS, 100 * curve) for name, curve in study.damping.items()]
     lines += [Line(f"{name}, over the one it is designed for", DAMPINGS, 100 * curve) for name, curve in study.believed.items()]
     panels = [(name, 100 * values) for name, values in study.maps.items()]
     return [
