@@ -13,6 +13,8 @@ from shaper_fmu.cli.paths import shown, wrote
 from shaper_fmu.console import err, out, show
 from shaper_fmu.errors import ArgumentError
 from shaper_fmu.machines.names import Machine
+from shaper_fmu.profiles.limits import NO_LIMIT
+from shaper_fmu.tune.choice.requirements import Move
 
 if TYPE_CHECKING:
     from shaper_fmu.master.fmu import Fmu
@@ -90,6 +92,15 @@ def tune(
             help="Estimate of some periods of the slowest mode [s]. Default: the FMU's default experiment.", parser=positive
         ),
     ] = None,
+    move: Annotated[
+        float | None,
+        typer.Option(
+            help="Distance of a move, in the input's unit of length or angle: profiles are compared, too.",
+            parser=number("a finite number but 0", lambda x: math.isfinite(x) and x != 0.0),
+        ),
+    ] = None,
+    max_velocity: Annotated[float, typer.Option(help="With --move: its largest speed.", parser=positive)] = NO_LIMIT,
+    max_acceleration: Annotated[float, typer.Option(help="With --move: its largest acceleration.", parser=positive)] = NO_LIMIT,
     kinds: Annotated[
         list[str] | None, typer.Option("--kind", help="A shaper to choose from, such as zvd; repeatable. Default: all.")
     ] = None,
@@ -140,6 +151,10 @@ def tune(
             raise typer.BadParameter(f"{margin} is outside its domain: at least 0% and less than 100%", param_hint="--margin")
     if wanted["damping_margin"] < 0.0:
         raise typer.BadParameter(f"{damping_margin} is outside its domain: at least 0%", param_hint="--damping-margin")
+    if move is not None:
+        wanted["move"] = Move(move, max_velocity, max_acceleration)
+    elif min(max_velocity, max_acceleration) < NO_LIMIT:
+        raise typer.BadParameter("this needs a distance (--move)", param_hint="--max-velocity or --max-acceleration")
     with wrong_usage():
         requirements = requirements_for(spread, **wanted)
     target: Path = output_folder(folder or Path(f"{plant.stem}_tuned"))

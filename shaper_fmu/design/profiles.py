@@ -68,6 +68,16 @@ class Profile:
     ramp: float
     parameters: tuple[tuple[str, float | tuple[float, ...]], ...] = ()
 
+    def start_values(self) -> dict[str, Any]:
+        """Start values with which the component MotionProfile makes this motion; what is its default is left out."""
+        names = ("distance", "duration", "natural_frequency", "damping_ratio", "max_velocity", "max_acceleration")
+        values = {name: getattr(self, name) for name in names} | dict(self.parameters)
+        given = {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
+        if not self.duration:  # of a step, which has none
+            given.pop("duration")
+        changed = {name: value for name, value in given.items() if value != _start(name)}
+        return {"profile": self.kind.name, **changed}
+
     @cached_property
     def _record(self) -> SimpleNamespace:
         return SimpleNamespace(**dict(self.parameters))
@@ -237,6 +247,12 @@ def _segments(
 
     values = fastest_move(distance, **limits, modes=[mode]).start_values()
     return {name: values[name] for name in SEGMENTS}
+
+
+def _start(name: str) -> Any:
+    """A parameter's start value in MotionProfile."""
+    variable = MotionProfile.variables[name]
+    return variable.starts[0] if variable.size is None else list(variable.starts)
 
 
 def _kept(value: float | Sequence[float]) -> float | tuple[float, ...]:

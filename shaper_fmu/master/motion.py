@@ -19,6 +19,11 @@ def motion_order(fmu: Fmu, name: str) -> int:
     return _ORDERS.get((next(iter(found)), time), 0)
 
 
+def is_position(fmu: Fmu, name: str) -> bool:
+    """Whether a variable is a length or an angle, in whatever unit."""
+    return _exponents(fmu, fmu.unit_of(name) or "") in ({"m": 1}, {"rad": 1})
+
+
 def _exponents(fmu: Fmu, unit: str) -> dict[str, int]:
     """Exponents of base units, as the FMU defines the unit, or as its name says."""
     definition = fmu.unit_definition(unit)

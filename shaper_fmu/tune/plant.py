@@ -19,8 +19,8 @@ from shaper_fmu.master.variables import TRANSFERABLE, kind_of, own_start
 
 ALONE = "plant"
 """Name of the instance of an FMU that is given alone."""
-SHAPER = "shaper"
-"""Name of the shaper's instance, as in the archives of `new system`."""
+PROFILE, SHAPER = "profile", "shaper"
+"""Names of the profile's and the shaper's instances, as in the archives of `new system`."""
 _DEFAULT_DURATION = 10.0
 SOLVER_TOLERANCE = 1e-9
 """Asked of FMUs with solvers of their own: the default of many, 1e-4, is a noise in which modes cannot be identified."""
@@ -110,8 +110,12 @@ class Plant:
     @property
     def input_order(self) -> int:
         """How often the input's unit is divided by time: 1 for a velocity, 2 for an acceleration, 0 for all else."""
-        instance, variable = self._system.split(self.input)
-        return motion_order(self._system.fmus[instance], variable)
+        return motion_order(*self.fmu_of(self.input))
+
+    def fmu_of(self, name: str) -> tuple[Fmu, str]:
+        """The FMU that a variable belongs to, and the variable's name in it."""
+        instance, variable = self.port(name)
+        return self._system.fmus[instance], variable
 
     @property
     def coupled(self) -> bool:
@@ -262,6 +266,22 @@ class Plant:
         system.start_values[instance].pop(variable, None)
         system.add(self.shaper, fmu or fmu_path("InputShaper", platforms=["this"]), shaper, initial_command=rest)
         system.connect(f"{self.shaper}.{output}", self.input)
+        return system
+
+    def moved(self, move: Mapping[str, Any], output: str, rest: float, shaper: Mapping[str, Any] | None = None) -> System:
+        """A new system whose input follows an output of a MotionProfile of these start values, on top of `rest`.
+
+        With `shaper` it goes through an InputShaper of those start values.
+        """
+        if shaper is None:
+            system, target = copied(self._system), self.input
+            instance, variable = system.split(self.input)
+            system.start_values[instance].pop(variable, None)
+        else:
+            system, target = self.behind(shaper, rest), f"{self.shaper}.command"
+        profile = self.free_name(PROFILE)
+        system.add(profile, fmu_path("MotionProfile", platforms=["this"]), move)
+        system.connect(f"{profile}.{output}", target, offset=rest)
         return system
 
 

@@ -15,6 +15,7 @@ from shaper_fmu.tune.identify.measured import MeasuredIdentification
 from shaper_fmu.tune.identify.range import PlantModes
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
+from shaper_fmu.tune.verification.move import MoveCommand
 from shaper_fmu.tune.verification.responses import Responses
 from shaper_fmu.tune.verification.verify import Verification
 
@@ -54,7 +55,7 @@ class Tuning:
         summary: the result in a few sentences.
         source: the plant's or the file's name.
         input, input_unit: the plant's input and its unit; "" for measured data.
-        command: of the verification.
+        command: of the verification; a move, if the requirements have one.
         outputs: names.
         spread: parameters of the plant and the share by which each varies.
         system: the plant, to be wired with a shaper; None for measured data.
@@ -71,7 +72,7 @@ class Tuning:
     source: str
     input: str
     input_unit: str
-    command: Command
+    command: Command | MoveCommand
     outputs: tuple[str, ...]
     spread: Mapping[str, float]
     system: Plant | None

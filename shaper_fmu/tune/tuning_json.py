@@ -17,7 +17,6 @@ import numpy as np
 
 from shaper_fmu.analysis.identification import Finding, Identification, Mode, OtherPole
 from shaper_fmu.archives import write_file
-from shaper_fmu.design.profiles import Profile
 from shaper_fmu.profiles.limits import NO_LIMIT
 from shaper_fmu.tune.choice.boxes import ModeBox, shares
 from shaper_fmu.tune.choice.requirements import Requirements
@@ -28,6 +27,7 @@ from shaper_fmu.tune.identify.measured import MeasuredIdentification
 from shaper_fmu.tune.identify.range import ModeRange, Range
 from shaper_fmu.tune.tuning import Tuning
 from shaper_fmu.tune.verification.command import Command
+from shaper_fmu.tune.verification.move import MoveCommand
 from shaper_fmu.tune.verification.runs import Measured
 from shaper_fmu.tune.verification.verify import Verification
 
@@ -87,8 +87,10 @@ def _strict(value: Any) -> Any:
     return value if value is None else str(value)
 
 
-def _command(command: Command) -> dict[str, Any]:
-    """The input's values and the times [s] from which each holds; before the first it is at rest."""
+def _command(command: Command | MoveCommand) -> dict[str, Any]:
+    """The input's values and the times [s] from which each holds; before the first it is at rest. A move begins at its one time."""
+    if isinstance(command, MoveCommand):
+        return {"kind": command.name, "rest": command.rest, "distance": command.move.distance, "times": [command.start]}
     values = [command.rest + command.amplitude * level for level in command.levels()]
     return {
         "kind": command.name, "rest": command.rest, "amplitude": command.amplitude, "times": list(command.times()), "values": values
@@ -247,15 +249,8 @@ def _candidate(number: int, one: Candidate) -> dict[str, Any]:
         "at": [list(place) for place in one.at],
         "impulses": {"amplitude": list(one.sequence.amplitudes), "delay": list(one.sequence.delays)},
         "start_values": one.start_values(),
-        "profile": profile_start_values(one.profile) if one.profile is not None else None,
+        "profile": one.profile.start_values() if one.profile is not None else None,
     }
-
-
-def profile_start_values(law: Profile) -> dict[str, Any]:
-    """Start values of a MotionProfile that make it this one; limits that are none are its default."""
-    names = ("distance", "duration", "natural_frequency", "damping_ratio", "max_velocity", "max_acceleration")
-    values = {name: getattr(law, name) for name in names}
-    return {"profile": law.kind.name, **{name: value for name, value in values.items() if value < NO_LIMIT}}
 
 
 def _verification(found: Verification) -> dict[str, Any]:

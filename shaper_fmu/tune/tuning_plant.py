@@ -22,6 +22,7 @@ from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, requirements_for
 from shaper_fmu.tune.tuning_trial import shortfall, tightened, tried
 from shaper_fmu.tune.verification.command import Command
+from shaper_fmu.tune.verification.move import order_of_input
 
 _UNSTABLE = ("unstable", "growth")
 _MORE_ATTEMPTS = 4
@@ -53,12 +54,16 @@ def tune_plant(
         start_values: of an FMU given alone.
         options: of `experiment`.
 
+    With a move in the requirements profiles are compared, too, and the plant makes the move.
+
     Raises IdentificationError where the experiments do not support an answer, ModelError for wrong names, SimulationError if
     the plant cannot be run.
     """
     spread = dict(spread or {})
     requirements = requirements or requirements_for(spread)
     plant = Plant.of(source, input, outputs, start_values)
+    if requirements.move is not None:
+        order_of_input(plant, requirements.move)  # refuses what cannot follow a move
     say("identifying the modes")
     modes = identify_plant(plant, points=corners(plant.nominal_values(spread), spread), **options)
     names = [plant.short(name) for name in (plant.outputs if plant.named else _vibrating(modes))]

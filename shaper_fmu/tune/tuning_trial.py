@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from shaper_fmu.errors import ComponentError, SimulationError
 from shaper_fmu.tune.choice.reasons import percent
 from shaper_fmu.tune.choice.requirements import Requirements
@@ -11,6 +13,7 @@ from shaper_fmu.tune.identify.range import PlantModes
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.tuning import Tuning, Verdict
 from shaper_fmu.tune.verification.command import MOST_INTEGRATORS, command_for
+from shaper_fmu.tune.verification.move import MoveCommand, move_command, order_of_input
 from shaper_fmu.tune.verification.responses import simulated_responses
 from shaper_fmu.tune.verification.verify import verify
 
@@ -30,15 +33,20 @@ def tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
     assert found.choice is not None
     choice = found.choice
     depths = {name: integrators(found.plant, plant.full(name)) for name in found.outputs}
-    settling = [name for name, depth in depths.items() if depth <= MOST_INTEGRATORS]
+    move, given = asked.move, found.command
+    most = MOST_INTEGRATORS if move is None else order_of_input(plant, move)
+    settling = [name for name, depth in depths.items() if depth <= most]
     if not settling:
         return _untried(
             found,
             f"{' and '.join(found.outputs)} move on for ever, whatever the command to {found.input} (a rigid body), so there is "
             "no rest to compare with; name an output that comes to rest, such as a deflection",
         )
-    given, most = found.command, max(depths[name] for name in settling)
-    command = command_for(choice.boxes, given.rest, given.amplitude, given.start, most)
+    if move is None:
+        deepest = max(depths[name] for name in settling)
+        command = command_for(choice.boxes, given.rest, given.amplitude, given.start, deepest)
+    else:
+        command = move_command(plant, move, choice.boxes, given.rest, given.start, given.amplitude)
     found = replace(found, command=command)
     try:
         seen = verify(plant, "", settling, choice.nearest, choice.boxes, found.spread, tolerance=asked.tolerance, command=command)
@@ -49,7 +57,8 @@ def tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
         unit = f" {found.input_unit}" if found.input_unit else ""
         return _untried(
             found,
-            f"a {command.name} of {command.amplitude:.5g}{unit} fails: {error}. Give the size of the commands (amplitude); in "
+            f"a {command.name} {'with' if move else 'of'} {command.amplitude:.5g}{unit} fails: {error}. Give the size of the "
+            f"commands (amplitude); in "
             f"the experiments it was {found.plant.nominal.excitation.amplitude:.3g}{unit}",
         )
     cases = {"nominal": seen.nominal} | ({"worst": seen.worst} if seen.worst is not seen.nominal else {})
@@ -63,7 +72,27 @@ def tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
     failed = shortfall(found, asked)
     verdict: Verdict = "not_held" if failed else "tuned"
     lead = f"{failed}. For the modes found, " if failed else ""
-    return replace(found, verdict=verdict, summary=f"{lead}{choice.reason}{closer}. On the plant: {seen.reason}")
+    unnamed = f". {found.input} has no unit and is taken for a position" if move is not None and not found.input_unit else ""
+    return replace(
+        found, verdict=verdict, summary=f"{lead}{choice.reason}{closer}. On the plant: {seen.reason}{arrival(found)}{unnamed}"
+    )
+
+
+def arrival(found: Tuning) -> str:
+    """When the outputs of the nominal plant have come to stay within the tolerance, and when the move was told to end."""
+    command, candidate, seen = found.command, found.candidate, found.verification
+    if not isinstance(command, MoveCommand) or candidate is None or candidate.profile is None or seen is None:
+        return ""
+    assert found.choice is not None
+    told, tolerance = candidate.profile.duration + candidate.sequence.duration, found.choice.requirements.tolerance
+    nominal = found.responses[0]
+    late = 0.0
+    for name, before in zip(seen.outputs, seen.nominal.before, strict=True):
+        values, after = nominal.outputs[name][1], nominal.time >= told
+        middle = 0.5 * (values[after].max() + values[after].min())
+        outside = np.flatnonzero(np.abs(values - middle) > tolerance * before)
+        late = max(late, float(nominal.time[outside[-1]]) if len(outside) else 0.0)
+    return f". The nominal plant has arrived within the tolerance {late:.4g} s after the move's begin; the move takes {told:.4g} s"
 
 
 def shortfall(found: Tuning, asked: Requirements) -> str:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from shaper_fmu.archives import write_file
 from shaper_fmu.container.wrap import other_starts, wrap
@@ -23,9 +24,10 @@ from shaper_fmu.tune.plant import SHAPER, Plant
 from shaper_fmu.tune.tuning import Say, Tuning
 from shaper_fmu.tune.tuning_json import write_json
 from shaper_fmu.tune.verification.command import even_width
+from shaper_fmu.tune.verification.move import MoveCommand
 
 _PLAIN = "InputShaper.fmu"
-REPORT, NUMBERS, PARAMETERS, ARCHIVE = "report.html", "tuning.json", "shaper.ssv", "shaped_plant.ssp"
+REPORT, NUMBERS, PARAMETERS, MOVE, ARCHIVE = "report.html", "tuning.json", "shaper.ssv", "move.ssv", "shaped_plant.ssp"
 _STEPS, _PERIODS = 200, 5.0
 _ABRUPT = 0.01
 """Duration of the reference's move, in periods of the fastest mode: nearly a step, as in the verification."""
@@ -45,7 +47,7 @@ def write_tuning(tuning: Tuning, folder: Path | str, *, report: bool = True, say
     written = []
     if tuning.choice is not None and tuning.choice.recommended is not None:
         say("writing the shaper and the system")
-        written += _write_shaper(tuning, folder, say)
+        written += _write_move(tuning, folder) + _write_shaper(tuning, folder, say)
         written += _write_plant(tuning, folder, say)
     written.append(write_json(folder / NUMBERS, tuning))
     if report:
@@ -56,7 +58,8 @@ def write_tuning(tuning: Tuning, folder: Path | str, *, report: bool = True, say
 
 def left_over(tuning: Tuning, folder: Path, written: Sequence[Path]) -> list[Path]:
     """Files of a shaper that an earlier tuning of the same plant has left in the folder, and this one has not written."""
-    names = (f"{_name(tuning)}.fmu", _PLAIN, PARAMETERS, ARCHIVE, _shaped_name(tuning))
+    fmus = (f"{_name(tuning)}.fmu", _PLAIN, f"{_name(tuning, 'MotionProfile')}.fmu", _shaped_name(tuning))
+    names = (*fmus, PARAMETERS, MOVE, ARCHIVE)
     return [path for path in (folder / name for name in names) if path.is_file() and path not in written]
 
 
@@ -70,6 +73,8 @@ def shaped_system(tuning: Tuning) -> System:
     if plant is None or candidate is None:
         raise ShaperFmuError(f"{tuning.source}: there is no plant, or no shaper for it, so that no system can be written")
     command = tuning.command
+    if isinstance(command, MoveCommand):
+        return command.shown(plant, candidate)[1].system
     system = plant.behind(candidate.start_values(), command.rest, _shaper(tuning), output="shaped_mean")
     order, duration = _reference(tuning, plant)
     peak = (1.0, 2.0 / duration, 2.0 * math.pi / duration**2)[order]  # of a cycloid over a distance of 1
@@ -81,28 +86,52 @@ def shaped_system(tuning: Tuning) -> System:
 
 def _reference(tuning: Tuning, plant: Plant) -> tuple[int, float]:
     """Which of a move's position (0), velocity and acceleration (2) goes to the input, and the move's duration [s]."""
+    if isinstance(tuning.command, MoveCommand):
+        assert tuning.candidate is not None
+        assert tuning.candidate.profile is not None
+        return tuning.command.order, tuning.candidate.profile.duration
     order = max(tuning.command.integrators, plant.input_order)
     if order == 0:
         return 0, _ABRUPT * 2.0 * math.pi / max(box.natural_frequency.nominal for box in _boxes(tuning))
     return order, order * (tuning.command.width or even_width(_boxes(tuning)))
 
 
-def _write_shaper(tuning: Tuning, folder: Path, say: Say) -> list[Path]:
-    candidate, source = tuning.candidate, _shaper(tuning)
-    assert candidate is not None
+def _write_move(tuning: Tuning, folder: Path) -> list[Path]:
+    """The MotionProfile of a move, and its parameters."""
+    assert tuning.candidate is not None
+    law = tuning.candidate.profile
+    if law is None:
+        return []
+    source, values = find_component("MotionProfile"), law.start_values()
+    if has_toolchain():
+        source = with_start_values(source, values, _name(tuning, "MotionProfile"), note=tuning.caveat)
+    fmu = fmu_path(source)
+    return [write_file(folder / fmu.name, fmu.read_bytes()), _write_parameters(folder / MOVE, fmu, values, tuning.caveat)]
+
+
+def _write_parameters(path: Path, source: Path, values: Mapping[str, Any], caveat: str) -> Path:
+    """Start values of an FMU as a parameter set."""
     alone = System()
     alone.add(SHAPER, source)
-    values = {f"{SHAPER}.{name}": value for name, value in candidate.start_values().items()}
-    numbers = parameter_set(alone, values, "tuned")
+    numbers = parameter_set(alone, {f"{SHAPER}.{name}": value for name, value in values.items()}, "tuned")
     for parameter in numbers.parameters:
         parameter.name = parameter.name.removeprefix(f"{SHAPER}.")
-    numbers.description = tuning.caveat or None
-    if is_plain(source):
-        say(f"note: there is no compiler (pip install 'shaper-fmu[native]'), so that {_plain_words(source)}")
-    written = [
-        write_file(folder / source.name, source.read_bytes()),
-        write_file(folder / PARAMETERS, write_parameter_set(numbers)),
-    ]
+    numbers.description = caveat or None
+    return write_file(path, write_parameter_set(numbers))
+
+
+def _write_shaper(tuning: Tuning, folder: Path, say: Say) -> list[Path]:
+    candidate = tuning.candidate
+    assert candidate is not None
+    written = []
+    if candidate.profile is None or candidate.design.factors:
+        source = _shaper(tuning)
+        if is_plain(source):
+            say(f"note: there is no compiler (pip install 'shaper-fmu[native]'), so that {_plain_words(source)}")
+        written = [
+            write_file(folder / source.name, source.read_bytes()),
+            _write_parameters(folder / PARAMETERS, source, candidate.start_values(), tuning.caveat),
+        ]
     if tuning.system is not None:
         try:
             written.append(_write_system(tuning, folder))
@@ -121,21 +150,25 @@ def _write_system(tuning: Tuning, folder: Path) -> Path:
     end = tuning.command.start + _reference(tuning, tuning.system)[1] + tuning.candidate.delay
     stop_time = step * math.ceil((end + _PERIODS * slowest) / step)
     caveat = f"{tuning.caveat}. " if tuning.caveat else ""
-    unshaped = write_parameter_set(parameter_set(system, {f"{tuning.system.shaper}.shaper": "none"}, "unshaped"))
+    more = {}
+    if tuning.system.shaper in system.fmus:
+        unshaped = parameter_set(system, {f"{tuning.system.shaper}.shaper": "none"}, "unshaped")
+        more = {"parameter_sets/unshaped.ssv": write_parameter_set(unshaped)}
+    by = "behind the shaper" if tuning.candidate.profile is None else "moved by"
     return write_system(
         system,
         folder / ARCHIVE,
         stop_time=stop_time,
         step=step,
-        description=f"{caveat}{tuning.source} behind the shaper {tuning.candidate.name}; look at {', '.join(tuning.outputs)}.",
-        more={"parameter_sets/unshaped.ssv": unshaped},
+        description=f"{caveat}{tuning.source} {by} {tuning.candidate.name}; look at {', '.join(tuning.outputs)}.",
+        more=more,
     )
 
 
 def _write_plant(tuning: Tuning, folder: Path, say: Say) -> list[Path]:
     """The plant's FMU with the input shaped."""
     plant, candidate = tuning.system, tuning.candidate
-    if plant is None or candidate is None or not plant.alone:
+    if plant is None or candidate is None or not plant.alone or candidate.profile is not None:
         return []
     (fmu,) = plant.fmus.values()
     caveat = f"{tuning.caveat}. " if tuning.caveat else ""
@@ -171,9 +204,9 @@ def _plain_words(path: Path) -> str:
     return f"{path.name} is the plain one: it begins with its own start values, and needs those in {PARAMETERS}"
 
 
-def _name(tuning: Tuning) -> str:
+def _name(tuning: Tuning, component: str = "InputShaper") -> str:
     plant = re.sub(r"\W+", "_", Path(tuning.source).stem, flags=re.ASCII).strip("_")
-    return f"InputShaper_{plant or 'tuned'}"
+    return f"{component}_{plant or 'tuned'}"
 
 
 def _boxes(tuning: Tuning) -> tuple[ModeBox, ...]:

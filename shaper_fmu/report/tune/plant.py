@@ -11,7 +11,9 @@ from shaper_fmu.page.blocks import Block, Table, Text
 from shaper_fmu.page.figures import Figure, Line, label
 from shaper_fmu.report.sweep.curves import thinned
 from shaper_fmu.report.tune.modes import given, percent
+from shaper_fmu.tune.choice.moves import fastest_move
 from shaper_fmu.tune.tuning import Tuning
+from shaper_fmu.tune.verification.move import MoveCommand
 from shaper_fmu.tune.verification.responses import Responses
 from shaper_fmu.tune.verification.runs import Measured
 from shaper_fmu.tune.verification.verify import Verification
@@ -47,6 +49,8 @@ def command_figure(tuning: Tuning, found: Responses) -> Figure:
     """The command before and after the shaper, in the input's unit."""
     assert tuning.candidate is not None  # it was simulated
     command, sequence = tuning.command, tuning.candidate.sequence
+    if isinstance(command, MoveCommand):
+        return _move_figure(tuning, command, found)
     starts = np.array(command.times()) - command.start
     jumps = np.diff(command.levels(), prepend=0.0)
     end = 1.3 * (starts[-1] + sequence.duration) or float(found.time[-1])
@@ -62,6 +66,21 @@ def command_figure(tuning: Tuning, found: Responses) -> Figure:
         Line("shaped", *stairs(np.add.outer(starts, sequence.delays).ravel(), np.outer(jumps, sequence.amplitudes).ravel())),
     ]
     return Figure("command", "The command", "time [s]", label(tuning.input, tuning.input_unit), lines)
+
+
+def _move_figure(tuning: Tuning, command: MoveCommand, found: Responses) -> Figure:
+    """The input in the fastest move within the limits, and in the one recommended."""
+    candidate = tuning.candidate
+    assert candidate is not None
+    assert candidate.profile is not None
+    law, sequence, fastest = candidate.profile, candidate.sequence, fastest_move(command.move)
+    t = np.linspace(-0.05, 1.1, 2001) * max(fastest.duration, law.duration + sequence.duration)
+    shaped = sum(
+        (a * (command.input_of(law, t - d) - command.rest) for a, d in zip(sequence.amplitudes, sequence.delays, strict=True)),
+        np.full(len(t), command.rest),
+    )
+    lines = [Line("unshaped", t, command.input_of(fastest, t)), Line("shaped", t, shaped)]
+    return Figure("command", "The move", "time [s]", label(tuning.input, tuning.input_unit), lines)
 
 
 def verification_blocks(tuning: Tuning) -> list[Block]:
@@ -110,6 +129,14 @@ def _sizes(one: Measured, j: int) -> str:
 
 def _how(tuning: Tuning, found: Verification) -> str:
     command, unit = tuning.command, f" {tuning.input_unit}" if tuning.input_unit else ""
+    if isinstance(command, MoveCommand):
+        return (
+            f"The move over {command.move.distance:.5g} was simulated from {command.start:.4g} s on. Half the peak-to-peak values "
+            "of the outputs after its end are compared with those after an abrupt move, scaled to the distance: what a step "
+            f"of the position would leave. The communication step was {found.step:.3g} s. Pictures show the fastest move within "
+            "the limits "
+            "as unshaped."
+        )
     why = f" ({command.width:.4g} s between changes, which leaves a rigid body at rest)" if command.integrators else ""
     text = (
         f"A {command.name} of {command.amplitude:.5g}{unit} from {command.rest:.5g}{unit} at {command.start:.4g} s{why} was "

@@ -14,7 +14,6 @@ from shaper_fmu.report.tune.modes import mode_blocks, percent
 from shaper_fmu.report.tune.plant import response_blocks, verification_blocks
 from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.tuning import Tuning, Verdict
-from shaper_fmu.tune.tuning_json import profile_start_values
 
 VERDICTS: Mapping[Verdict, str] = {
     "tuned": "Tuned: the shaper below meets the requirements, and holds on the plant.",
@@ -66,7 +65,7 @@ def recommendation_blocks(tuning: Tuning) -> list[Block]:
         return blocks
     blocks.append(summary_table(tuning, choice))
     if candidate.profile is not None:
-        blocks.append(start_values_table("MotionProfile", profile_start_values(candidate.profile)))
+        blocks.append(start_values_table("MotionProfile", candidate.profile.start_values()))
         if not candidate.design.factors:
             return blocks
         blocks.append(Text("The profile goes through an InputShaper:"))

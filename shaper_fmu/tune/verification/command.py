@@ -12,12 +12,31 @@ import numpy as np
 from shaper_fmu.errors import ArgumentError
 from shaper_fmu.master.system import System
 from shaper_fmu.tune.choice.boxes import ModeBox
+from shaper_fmu.tune.choice.search import Candidate
 from shaper_fmu.tune.plant import Plant
 
 _WIDTHS = 400
 _LONGEST = 1.5
 """Of a pulse, in periods of the slowest mode."""
 MOST_INTEGRATORS = 2
+
+
+_UNSHAPED = {"shaper": "none"}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A system with its command in it.
+
+    Attributes:
+        system: to be simulated.
+        end: when its command has ended, with all that a shaper makes of it [s].
+        scale: what residuals are multiplied by.
+    """
+
+    system: System
+    end: float
+    scale: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -68,9 +87,22 @@ class Command:
         system.drive(f"{plant.shaper}.command", self.table())
         return system
 
-    def without_change(self) -> Command:
-        """The same of which nothing is seen."""
-        return replace(self, amplitude=0.0)
+    def cases(self, plant: Plant, candidate: Candidate) -> dict[str, Case]:
+        """The plant at rest, with the unshaped command, which is what residuals are compared with, and with the shaped one."""
+        return {
+            "rest": Case(replace(self, amplitude=0.0).on(plant, _UNSHAPED), self.end),
+            "before": Case(self.on(plant, _UNSHAPED), self.end),
+            "after": Case(self.on(plant, candidate.start_values()), self.end + candidate.delay),
+        }
+
+    def shown(self, plant: Plant, candidate: Candidate) -> tuple[Case, Case]:
+        """What a report shows: the unshaped and the shaped command."""
+        found = self.cases(plant, candidate)
+        return found["before"], found["after"]
+
+    def stepping(self, plant: Plant) -> dict[str, Any]:
+        """Options of the runs: values are held, as the shaper's are."""
+        return plant.stepping
 
     def levels(self) -> tuple[float, ...]:
         """The values after each change, on top of rest, in amplitudes."""

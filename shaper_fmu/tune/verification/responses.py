@@ -12,6 +12,7 @@ from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import Candidate
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
+from shaper_fmu.tune.verification.move import MoveCommand
 
 _PERIODS = 5.0
 _STEPS_PER_PERIOD = 40
@@ -44,7 +45,7 @@ def simulated_responses(
     outputs: Sequence[str],
     candidate: Candidate,
     boxes: Sequence[ModeBox],
-    command: Command,
+    command: Command | MoveCommand,
     case: str,
     values: Mapping[str, float],
     step: float,
@@ -56,16 +57,16 @@ def simulated_responses(
     """
     slowest = 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
     fastest = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes)
-    end = command.end - command.start + candidate.delay + _PERIODS * slowest
+    shown = command.shown(plant, candidate)
+    end = max(one.end for one in shown) - command.start + _PERIODS * slowest
     kept = max(1, math.floor(max(fastest / _STEPS_PER_PERIOD, end / _MOST_POINTS) / step))
     names = {name: plant.full(name) for name in outputs}
     runs = []
-    for shaper in ({"shaper": "none"}, candidate.start_values()):
-        system = command.on(plant, shaper)
+    for system in (one.system for one in shown):
         for name, value in values.items():
             system.set(plant.full(name), value)
-        runs.append(system.simulate(command.start + end, step, record=list(names.values()), **plant.stepping))
+        runs.append(system.simulate(command.start + end, step, record=list(names.values()), **command.stepping(plant)))
     before, after = runs
-    shown = np.flatnonzero(before.time >= command.start - _BEFORE * end)[::kept]
-    found = {name: (before[full][shown], after[full][shown]) for name, full in names.items()}
-    return Responses(case, values, before.time[shown] - command.start, found, {name: plant.unit(name) for name in names})
+    rows = np.flatnonzero(before.time >= command.start - _BEFORE * end)[::kept]
+    found = {name: (before[full][rows], after[full][rows]) for name, full in names.items()}
+    return Responses(case, values, before.time[rows] - command.start, found, {name: plant.unit(name) for name in names})

@@ -15,8 +15,8 @@ from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import Candidate
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
+from shaper_fmu.tune.verification.move import MoveCommand
 
-_UNSHAPED = {"shaper": "none"}
 _STEPS_PER_PERIOD = 160
 """Of the fastest mode: a sine's peak is missed by 2e-4 at most."""
 _PERIODS = 1.5
@@ -78,7 +78,7 @@ class ShapedRuns:
         candidate: Candidate,
         boxes: Sequence[ModeBox],
         tolerance: float,
-        command: Command,
+        command: Command | MoveCommand,
     ):
         self.plant: Plant = plant
         self.outputs: list[str] = [self.plant.full(name) for name in outputs]
@@ -86,12 +86,7 @@ class ShapedRuns:
         self._window = _PERIODS * 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
         self._tolerance = tolerance
         self._command = command
-        self._delays = {"rest": 0.0, "before": 0.0, "after": candidate.delay}
-        self._systems = {
-            "rest": command.without_change().on(plant, _UNSHAPED),
-            "before": command.on(plant, _UNSHAPED),
-            "after": command.on(plant, candidate.start_values()),
-        }
+        self._cases = command.cases(plant, candidate)
 
     def nominals(self, spread: Mapping[str, float]) -> dict[str, float]:
         """Nominal values of the parameters; raises ModelError for what cannot be varied."""
@@ -101,7 +96,7 @@ class ShapedRuns:
 
     def measured(self, values: Mapping[str, float]) -> Measured:
         """The measured shares at these parameters. Raises SimulationError, and ComponentError if nothing vibrates."""
-        rest, before, after = (self._residuals(case, values, self._window) for case in self._systems)
+        rest, before, after = (self._residuals(case, values, self._window) for case in self._cases)
         if not max(before) > 0.0:
             raise ArgumentError(f"no output vibrates after the unshaped {self._command.name}: {', '.join(self.outputs)}")
         found = Measured(values, tuple(before), tuple(after), 0.0, tuple(rest))
@@ -154,15 +149,17 @@ class ShapedRuns:
         An output that follows the input at once has two values at that change, and solvers that step on beyond the communication
         points tell a wrong one there when the input has been set: of such outputs the window begins with the next value.
         """
-        system, last = self._systems[case], self._command.end + self._delays[case]
+        wanted = self._cases[case]
+        system, last = wanted.system, wanted.end
         given = {self.plant.full(name): value for name, value in values.items()}
         exact = treat_events(system, None).exact
         with Simulation(system, record=self.outputs) as simulation:  # a new one: not every FMU is like new after its reset
             found = simulation.run(
-                last + window, self.step, start_values=given, everywhere=exact, **self.plant.stepping
+                last + window, self.step, start_values=given, everywhere=exact, **self._command.stepping(self.plant)
             )  # fmt: skip
         begin = last if exact else last + self.step  # without events the change comes a step later
         after = int(np.searchsorted(found.time, begin + _SAME_TIME * self.step, "right"))
         at = min(after - 1, int(np.searchsorted(found.time, last - _SAME_TIME * self.step))) if exact else after - 1
         firsts = [after if self.plant.follows(name) else at for name in self.outputs]
-        return [0.5 * float(np.ptp(found[name][first:])) for name, first in zip(self.outputs, firsts, strict=True)]
+        half = 0.5 * wanted.scale
+        return [half * float(np.ptp(found[name][first:])) for name, first in zip(self.outputs, firsts, strict=True)]

@@ -25,6 +25,7 @@ from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import Candidate
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
+from shaper_fmu.tune.verification.move import MoveCommand
 from shaper_fmu.tune.verification.runs import STAYS, Measured, ShapedRuns
 
 _POINTS = {1: 9, 2: 5}
@@ -78,7 +79,7 @@ def verify(
     spread: Mapping[str, float],
     *,
     tolerance: float = 0.05,
-    command: Command | None = None,
+    command: Command | MoveCommand | None = None,
     start_values: Mapping[str, Any] | None = None,
 ) -> Verification:
     """Simulate a command, shaped and unshaped, over a range of parameters, and search the worst case.
@@ -90,7 +91,7 @@ def verify(
         boxes: the modes, for step sizes and durations.
         spread: parameters of the plant and by which share each one varies: 0.1 for +-10 % of its start value.
         tolerance: of the share of the unshaped residual.
-        command: after which the plant rests but for vibration; a step of 1 at the time 0 by default.
+        command: after which the plant rests but for vibration; a step of 1 at the time 0 by default. For a move `move_command`.
         start_values: of an FMU given alone.
 
     All corners and points in between (9 for one parameter, 5 x 5 for two, 3 for each of more) are simulated, then a compass
@@ -98,8 +99,8 @@ def verify(
     thousandth of the tolerance. Raises ArgumentError for a move's profile and for outputs that do not vibrate, settle or rest
     before the step, ModelError for wrong names and parameters, SimulationError if the plant cannot be run nominally.
     """
-    if candidate.profile is not None:
-        raise ArgumentError(f"{candidate.name}: a move's profile is no shaper; simulate a MotionProfile instead")
+    if (candidate.profile is not None) != isinstance(command, MoveCommand):
+        raise ArgumentError(f"{candidate.name}: a move's profile needs a `move_command`, and a shaper alone needs none")
     plant = Plant.of(source, input, outputs, start_values)
     runs = ShapedRuns(plant, outputs, candidate, boxes, tolerance, command or Command())
     nominals = runs.nominals(spread)
