@@ -278,7 +278,9 @@ class Plant:
             instance, variable = system.split(self.input)
             system.start_values[instance].pop(variable, None)
         else:
-            system, target = self.behind(shaper, rest), f"{self.shaper}.command"
+            # a motion changes at every step: an event for each of its echoes would make ever more steps
+            system, target = self.behind(shaper, rest, output="shaped_mean"), f"{self.shaper}.command"
+            system.event_outputs = [port for port in system.event_outputs if port[0] != self.shaper]
         profile = self.free_name(PROFILE)
         system.add(profile, fmu_path("MotionProfile", platforms=["this"]), move)
         system.connect(f"{profile}.{output}", target, offset=rest)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import typed
+from spring_with_unit import spring_with_unit
 
 from shaper_fmu import System, fmu_path, requirements_for, tune_plant
 from shaper_fmu.master.fmu import load_fmu
@@ -17,22 +17,6 @@ from shaper_fmu.ssp.archive import load_ssp
 from shaper_fmu.ssp.check import check_ssp
 from shaper_fmu.ssp.parameter_sets import apply_parameter_set
 from shaper_fmu.ssp.template import write_template
-
-
-def spring(tmp_path: Path, unit: str) -> Path:
-    """A mass on a spring whose input is said to be in another unit, which its description defines for other variables."""
-    source, target = fmu_path("MassSpringDamper", platforms=["this"]), tmp_path / "Spring.fmu"
-    with zipfile.ZipFile(source) as old, zipfile.ZipFile(target, "w") as new:
-        for name in old.namelist():
-            data = old.read(name)
-            if name == "modelDescription.xml":
-                lines = data.decode().split("\n")
-                first = next(k for k, line in enumerate(lines) if 'name="force"' in line)
-                place = next(k for k in range(first, first + 4) if 'unit="N"' in lines[k])
-                lines[place] = lines[place].replace('unit="N"', f'unit="{unit}"')
-                data = "\n".join(lines).encode()
-            new.writestr(name, data)
-    return target
 
 
 def ran(path: Path, names: list[str], *, unshaped: bool = False):
@@ -56,7 +40,7 @@ def ran(path: Path, names: list[str], *, unshaped: bool = False):
 def test_the_archive_feeds_what_the_inputs_unit_says(tmp_path, input_, output, unit, fed):
     """A velocity's input gets a move's velocity, which ends at 0, with the command's size as its peak; `new system` does the same."""
     crane = input_ == "trolley_acceleration"
-    plant = fmu_path("OverheadCrane", platforms=["this"]) if crane else spring(tmp_path, unit)
+    plant = fmu_path("OverheadCrane", platforms=["this"]) if crane else spring_with_unit(tmp_path, unit)
     assert load_fmu(plant).unit_of(input_) == unit
     found = tune_plant(plant, input_, [output], requirements=requirements_for({}, kinds=("zvd", "mzv")))
     assert found.verdict == "tuned", found.summary

@@ -27,20 +27,19 @@ def response_blocks(tuning: Tuning, shown: Sequence[str]) -> list[Block]:
     blocks: list[Block] = []
     if tuning.responses:
         blocks.append(command_figure(tuning, tuning.responses[0]))
+    names = ("fastest within limits", "recommended") if isinstance(tuning.command, MoveCommand) else ("unshaped", "shaped")
     for one in tuning.responses:
         where = f" ({given(one.values)})" if one.values else ""
         blocks.append(Text(f"The {'nominal plant' if one.case == 'nominal' else 'worst place that was found'}{where}:"))
         blocks += [
-            response_figure(one, output, number) for number, output in enumerate((n for n in one.outputs if n in shown), 1)
+            response_figure(one, output, number, names) for number, output in enumerate((n for n in one.outputs if n in shown), 1)
         ]  # fmt: skip
     return blocks
 
 
-def response_figure(found: Responses, output: str, number: int) -> Figure:
-    """One output over time, unshaped and shaped."""
-    lines = [
-        Line(name, *thinned(found.time, values)) for name, values in zip(("unshaped", "shaped"), found.outputs[output], strict=True)
-    ]
+def response_figure(found: Responses, output: str, number: int, names: Sequence[str] = ("unshaped", "shaped")) -> Figure:
+    """One output over time, without and with what is recommended."""
+    lines = [Line(name, *thinned(found.time, values)) for name, values in zip(names, found.outputs[output], strict=True)]
     title = f"{output} after the command, {'nominal' if found.case == 'nominal' else 'worst case'}"
     return Figure(f"response_{found.case}_{number}", title, "time [s]", label(output, found.units[output]), lines)
 
@@ -79,7 +78,7 @@ def _move_figure(tuning: Tuning, command: MoveCommand, found: Responses) -> Figu
         (a * (command.input_of(law, t - d) - command.rest) for a, d in zip(sequence.amplitudes, sequence.delays, strict=True)),
         np.full(len(t), command.rest),
     )
-    lines = [Line("unshaped", t, command.input_of(fastest, t)), Line("shaped", t, shaped)]
+    lines = [Line("fastest within limits", t, command.input_of(fastest, t)), Line("recommended", t, shaped)]
     return Figure("command", "The move", "time [s]", label(tuning.input, tuning.input_unit), lines)
 
 
@@ -133,9 +132,8 @@ def _how(tuning: Tuning, found: Verification) -> str:
         return (
             f"The move over {command.move.distance:.5g} was simulated from {command.start:.4g} s on. Half the peak-to-peak values "
             "of the outputs after its end are compared with those after an abrupt move, scaled to the distance: what a step "
-            f"of the position would leave. The communication step was {found.step:.3g} s. Pictures show the fastest move within "
-            "the limits "
-            "as unshaped."
+            f"of the position would leave. The communication step was {found.step:.3g} s. Pictures show it beside the "
+            "fastest move within the limits."
         )
     why = f" ({command.width:.4g} s between changes, which leaves a rigid body at rest)" if command.integrators else ""
     text = (
