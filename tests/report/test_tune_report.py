@@ -21,7 +21,7 @@ from shaper_fmu.report.tune.report import VERDICTS, tuning_blocks
 from shaper_fmu.tune.choice.requirements import Move, Requirements
 from shaper_fmu.tune.identify.measured_table import Table as Samples
 from shaper_fmu.tune.tuning import Tuning
-from shaper_fmu.tune.tuning_json import SCHEMA, profile_start_values, tuning_numbers, write_json
+from shaper_fmu.tune.tuning_json import SCHEMA, tuning_numbers, write_json
 from shaper_fmu.tune.tuning_measured import tune_measured
 from shaper_fmu.tune.tuning_plant import tune_plant
 
@@ -368,7 +368,7 @@ def test_a_profile_of_a_move(fmus, tmp_path):
     law = tuning.candidate.profile
     assert law is not None
     found = tuning_numbers(tuning)["choice"]["recommended"]
-    assert found["profile"] == profile_start_values(law)
+    assert found["profile"] == law.start_values()
     assert "max_velocity" not in found["profile"]  # no limit
     rows = dict(table(tuning_blocks(tuning), "Start values of the MotionProfile").rows)
     assert float(rows["duration"]) == pytest.approx(law.duration, rel=1e-14)
