@@ -31,6 +31,8 @@ from shaper_fmu.design.pulses import unity_magnitude_pulses as unity_magnitude_p
 from shaper_fmu.design.pulses import zv_carrier_pulses as zv_carrier_pulses
 from shaper_fmu.design.s_curve import shortest_s_curve as shortest_s_curve
 from shaper_fmu.design.shapers import shaper as shaper
+from shaper_fmu.design.smoothers import SmoothKernel as SmoothKernel
+from shaper_fmu.design.smoothers import smoother as smoother
 from shaper_fmu.design.specified_bands import Band as Band
 from shaper_fmu.design.specified_bands import specified_insensitivity as specified_insensitivity
 from shaper_fmu.design.two_mode import direct_two_mode as direct_two_mode

@@ -16,9 +16,11 @@ from types import UnionType
 from typing import get_args
 
 from shaper_fmu.design.shapers import shaper
+from shaper_fmu.design.smoothers import smoother
 from shaper_fmu.kinds.profiles import PROFILES
 from shaper_fmu.kinds.pulses import PULSES
 from shaper_fmu.kinds.shapers import SHAPERS
+from shaper_fmu.kinds.smoothers import SMOOTHERS
 from shaper_fmu.methods.record import FIRST_FOREIGN, Method
 from shaper_fmu.metrics.known import METRICS
 from shaper_fmu.public_names import packages, public
@@ -33,6 +35,18 @@ def _of_shaper(method: Method) -> list[str]:
     """Duration in periods and insensitivity at 5 %, undamped, with the parameters' start values."""
     sequence = shaper(method.name, 1.0)
     return [f"{sequence.duration / (2.0 * math.pi):.3f}", f"{sequence.insensitivity(1.0):.3f}"]
+
+
+def _of_smoother(method: Method) -> list[str]:
+    """Duration and mean delay in periods and insensitivity at 5 %, at a damping ratio of 0.02, with the start values."""
+    kernel = smoother(method.name, 1.0, 0.02)
+    width = kernel.insensitivity(1.0, 0.02)
+    period = 2.0 * math.pi
+    return [
+        f"{kernel.duration / period:.3f}",
+        f"{kernel.mean_delay / period:.3f}",
+        f"{width:.3f}" if width < 5.0 else "no upper end",
+    ]
 
 
 def _metrics() -> str:
@@ -70,6 +84,9 @@ def _sentence(thing: object) -> str:
 
 TABLES: dict[str, Callable[[], str]] = {
     "shapers": lambda: _rows(["name", "duration / T", "I(5 %)", "what it is"], SHAPERS.values(), _of_shaper),
+    "smoothers": lambda: _rows(
+        ["name", "duration / T", "mean delay / T", "I(5 %)", "what it is"], SMOOTHERS.values(), _of_smoother
+    ),
     "profiles": lambda: _rows(["name", "what it is"], PROFILES.values(), lambda one: []),
     "pulse designs": lambda: _rows(["design", "what it is"], PULSES.values(), lambda one: []),
     "metrics": _metrics,

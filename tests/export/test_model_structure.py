@@ -159,6 +159,7 @@ def test_fmi3_names_the_time_where_it_acts(name):
         "PulseTrain",
         "PulseWidthModulator",
         "ShapedStop",
+        "SmoothShaper",
     )
     assert {label in known for known in outputs.values()} == {acts}
     calculated = {v.name for v in visible_variables(ALL[name]) if v.causality == "calculatedParameter"}

@@ -49,6 +49,12 @@ NAMES = {
         "vibration_tolerance custom_impulses custom_amplitude custom_delay initial_position",
         "calculatedParameter": "duration impulses insensitivity smoothing",
     },
+    "SmoothShaper": {
+        "input": "command",
+        "output": "shaped shaped_slope shaped_mean next_event_time settled",
+        "parameter": "smoother modes natural_frequency damping_ratio box_share ramp_periods initial_command",
+        "calculatedParameter": "duration mean_delay certificate",
+    },
     "MotionProfile": {
         "output": "position velocity acceleration moving next_event_time",
         "parameter": "profile distance duration start_time natural_frequency damping_ratio max_velocity max_acceleration",
@@ -114,6 +120,7 @@ def test_the_public_names_are_there(name):
             "um_ei=14 miszv=15",
         ),
         ("HoistingShaper", "shaper", "zv=1 zvd=2"),
+        ("SmoothShaper", "smoother", "none=1 dzv=2 dzvd=3 ramped_zv=4 ramped_zvd=5 smoother=6"),
         ("LimitedShaper", "command_is", "position=1 speed=2"),
         ("ShapedStop", "criterion", "time=1 braking=2 travel=3"),
         ("ShapedStop", "swing_source", "model=1 measured=2"),

@@ -45,6 +45,7 @@ CHOSEN: dict[str, dict[str, Any]] = {
     },
     "PulseWidthModulator": {"carrier_frequency": 3.0, "carrier_phase": 0.3, "minimum_pulse_width": 0.001},
     "PositionController": {"proportional_gain": 30.0, "integral_gain": 7.0, "derivative_gain": 4.0, "force_limit": 2.5},
+    "SmoothShaper": {"smoother": 5, "modes": 2, "natural_frequency[1]": 5.0, "natural_frequency[2]": 13.0, "damping_ratio[1]": 0.1},
     "ThreeMassChain": {"mass[2]": 5.0, "damping[1]": 9.0, "stiffness[2]": 80.0},
 }
 """Where a component has a case that shows more than others; no component needs one."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from shaper_fmu.design.fastest import fastest_move as designed_move
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.lp.layout import Band
 from shaper_fmu.design.profiles import Profile, profile
+from shaper_fmu.design.quadrature import as_masses
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.profiles.limits import NO_LIMIT
 from shaper_fmu.tune.choice.bounds import remaining
@@ -20,9 +20,6 @@ from shaper_fmu.tune.choice.boxes import ModeBox, shares
 from shaper_fmu.tune.choice.candidates import LeftOut
 from shaper_fmu.tune.choice.requirements import FASTEST, PROFILES, Move, Requirements
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
-_PANEL = 2.0
-"""Radians of the fastest mode, and nepers of its decay, for each panel of the quadrature: exact to rounding."""
 _DURATIONS = 25
 _BISECTIONS = 7
 _ROOM = 1e-3
@@ -46,17 +43,9 @@ def as_impulses(law: Profile, highest: float) -> ImpulseSequence:
     """
     if law.duration == 0.0:
         return ImpulseSequence((1.0,), (0.0,), 0.0)
-    times, amplitudes = [np.zeros(1)], [np.zeros(1)]
-    for begin, end in pairwise(law.pieces):
-        if not end > begin:
-            continue
-        ends = np.linspace(begin, end, 1 + max(4, math.ceil(highest * (end - begin) / _PANEL)))
-        half = 0.5 * np.diff(ends)[:, None]
-        inside = (0.5 * (ends[1:] + ends[:-1])[:, None] + half * _NODES).ravel()
-        times.append(inside)
-        amplitudes.append((half * _WEIGHTS).ravel() * law.velocity(inside) / law.distance)
-    moves = np.append(np.concatenate(amplitudes), 0.0)  # the last one at the end of the move, from which V counts
-    return ImpulseSequence(tuple(moves), (*np.concatenate(times), law.duration))
+    times, masses = as_masses(law.pieces, lambda t: law.velocity(t) / law.distance, highest)
+    moves = (0.0, *masses.tolist(), 0.0)  # the last one at the end of the move, from which V counts
+    return ImpulseSequence(moves, (0.0, *times.tolist(), law.duration))
 
 
 def profiles(boxes: Sequence[ModeBox], requirements: Requirements, left_out: list[LeftOut]) -> Iterator[Profile]:
