@@ -30,7 +30,10 @@ SECANTS = 20
 """Steps after which a search halves its bracket instead: where what it looks for jumps."""
 CLOSE = 1e-13
 """Share of what there is that speeds and swings may be missed by."""
-SHORTEST = 1e-10
+COARSE = 1e-13
+FINE = 4e-16
+"""Shares to which searches go on while the shortest time is looked for, and for that time."""
+SHORTEST = 1e-8
 """Share to which the shortest time is found."""
 SPARE = 2.0
 """Swings that a change may take beside the ramp and what the swing asks for."""
@@ -54,13 +57,14 @@ class SpeedChange(Component):
     extremes: Variable[int] = State(0)
     extreme_time: Variable[list[float]] = State(size=CUTS)
     extreme_value: Variable[list[float]] = State(size=CUTS)
+    precision: Variable[float] = State(0.0)  # share of what there is to which searches go on
     pieces: Variable[int] = State(0)
     piece_time: Variable[list[float]] = State(size=2 * CUTS)  # how long each lasts [s]
     piece_level: Variable[list[float]] = State(size=2 * CUTS)  # its acceleration [m/s2]
     piece_speed: Variable[float] = State(0.0)  # after them [m/s]
 
 
-def change_speed(m: SpeedChange, target: float) -> float:
+def change_speed(m: SpeedChange, target: float, longest: float) -> float:
     """The time [s] of the fastest change from `from_speed` to the target that takes the swing away, NONE if it takes too long.
 
     It keeps the acceleration between `low` <= 0 and `high` >= 0, the speed between `lowest` and `highest`.
@@ -70,11 +74,12 @@ def change_speed(m: SpeedChange, target: float) -> float:
     if limit == 0.0:
         return NONE
     shortest = m.change / limit
+    m.precision = COARSE
     share = missing(m, shortest)
     if share <= 1.0:
         blend(m, shortest, share)
         return shortest
-    longest = shortest + most_swings(m) * 2.0 * math.pi / m.pole_frequency
+    longest = min(longest, shortest + most_swings(m) * 2.0 * math.pi / m.pole_frequency)
     inside = shortest
     outside = shortest
     while share > 1.0:
@@ -84,7 +89,16 @@ def change_speed(m: SpeedChange, target: float) -> float:
         inside = min(longest, inside + 0.25 * math.pi / m.pole_frequency)
         share = missing(m, inside)
     inside = narrowed(m, outside, inside, share)
-    blend(m, inside, missing(m, inside))
+    m.precision = FINE
+    share = missing(m, inside)
+    step = SHORTEST * inside
+    while share > 1.0:
+        inside += step
+        step *= 4.0
+        if inside > longest:
+            return NONE
+        share = missing(m, inside)
+    blend(m, inside, share)
     return inside
 
 
@@ -153,7 +167,7 @@ def missing(m: SpeedChange, time: float) -> float:
         if not left < phase < right:
             phase = 0.5 * (left + right)
         across, reach = farthest(m, phase, time, dx / distance, dy / distance)
-        if abs(across) <= 4e-16 * room or right - left <= 1e-15:
+        if abs(across) <= m.precision * room or right - left <= 1e-15:
             break
         if across < 0.0:
             left = phase
@@ -168,6 +182,8 @@ def missing(m: SpeedChange, time: float) -> float:
                 below *= 0.5
             side = 1
     if abs(across) > CLOSE * room or reach <= 0.5 * distance:  # with held speeds there may be a gap
+        return OUT_OF_REACH
+    if abs(m.piece_speed - m.from_speed - m.change) > CLOSE * (m.high - m.low) * time:  # too short for numbers
         return OUT_OF_REACH
     return distance / reach
 
@@ -212,7 +228,7 @@ def find_pieces(m: SpeedChange, phase: float, time: float) -> None:
     for i in range(STEPS):
         angle = (left * above - right * below) / (above - below) if i < SECANTS else 0.5 * (left + right)
         excess = cut(m, phase, middle + half * math.cos(angle))
-        if abs(excess) <= 2e-16 * (m.high - m.low) * time or right - left <= 4e-16:
+        if abs(excess) <= 0.5 * m.precision * (m.high - m.low) * time or right - left <= 4e-16:
             break
         if excess < 0.0:
             left = angle
@@ -226,9 +242,9 @@ def find_pieces(m: SpeedChange, phase: float, time: float) -> None:
             if side > 0:
                 below *= 0.5
             side = 1
-    if abs(m.piece_speed - m.from_speed - m.change) > CLOSE * (m.highest - m.lowest):  # it jumps there: only one side is right
+    if abs(m.piece_speed - m.from_speed - m.change) > CLOSE * (m.high - m.low) * time:  # it jumps there: only one side is right
         cut(m, phase, middle + half * math.cos(left))
-        if abs(m.piece_speed - m.from_speed - m.change) > CLOSE * (m.highest - m.lowest):
+        if abs(m.piece_speed - m.from_speed - m.change) > CLOSE * (m.high - m.low) * time:
             cut(m, phase, middle + half * math.cos(right))
 
 
@@ -329,7 +345,9 @@ def crossing(m: SpeedChange, phase: float, level: float, i: int) -> float:
         tried = t - above / slope if slope != 0.0 else left
         if not left <= tried <= right:
             tried = 0.5 * (left + right)
-        if abs(tried - t) <= 2e-16 * (abs(t) + 1.0 / m.pole_frequency):
+        step = abs(tried - t)
+        left_over = step * step * grown * m.pole_frequency * m.pole_frequency  # twice what the next step would correct, in the wave
+        if left_over <= 4e-16 * abs(slope) / m.pole_frequency or step <= 2e-16 * abs(t):
             return tried
         t = tried
     return t

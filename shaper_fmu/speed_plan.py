@@ -8,6 +8,7 @@ from shaper_fmu.component import State, Variable
 from shaper_fmu.speed_change import CUTS, HALF_SWINGS, NONE, SpeedChange, change_speed
 
 PIECES = 2 * CUTS + 2
+NEVER = 1e300
 
 
 class SpeedPlan(SpeedChange):
@@ -23,72 +24,72 @@ class SpeedPlan(SpeedChange):
 def plan_change(m: SpeedPlan, speed: float, x: float, y: float, target: float, overshoot: float) -> bool:
     """The plan from a speed and a swing z = x + j y to another speed without a swing; whether there is one.
 
-    The speed leaves the range between the two by no more than overshoot, unless the swing cannot be taken away within that.
+    The speed leaves the range between the two by no more than overshoot, unless that takes a swing longer.
     """
-    lowest = max(-m.largest_speed, min(speed, target) - overshoot)
-    highest = min(m.largest_speed, max(speed, target) + overshoot)
-    if add_change(m, speed, x, y, target, lowest, highest):
-        return True
-    return add_change(m, speed, x, y, target, -m.largest_speed, m.largest_speed)
-
-
-def add_change(m: SpeedPlan, speed: float, x: float, y: float, target: float, lowest: float, highest: float) -> bool:
-    """The plan of the fastest change within a range of the speed; whether there is one.
-
-    What would span too many swings begins with a ramp.
-    """
-    m.planned = 0
-    begin_change(m, speed, x, y, lowest, highest)
-    return add_found(m, target)
-
-
-def add_found(m: SpeedPlan, target: float) -> bool:
-    """The fastest change as it was begun, as the end of the plan; whether there is one."""
-    change = target - m.from_speed
-    time = abs(change) / m.pull - 0.5 * HALF_SWINGS * math.pi / m.pole_frequency
-    if time > 0.0:
-        add_ramp(m, time, math.copysign(m.pull, change))
-    if change_speed(m, target) == NONE:
+    begin_plan(m, speed, x, y)
+    add_excess(m, target)
+    before = m.planned
+    time = change_speed(m, target, NEVER)
+    if time == NONE:
         return False
-    for i in range(m.pieces):
-        m.plan_time[m.planned] = m.piece_time[i]
-        m.plan_level[m.planned] = m.piece_level[i]
-        m.planned += 1
+    add_pieces(m)
+    m.lowest = max(-m.largest_speed, min(speed, target) - overshoot)
+    m.highest = min(m.largest_speed, max(speed, target) + overshoot)
+    longest = time + 2.0 * math.pi / m.pole_frequency
+    if m.highest - m.lowest < 2.0 * m.largest_speed and change_speed(m, target, longest) != NONE:
+        m.planned = before
+        add_pieces(m)
     return True
 
 
 def plan_braking(m: SpeedPlan, speed: float, x: float, y: float) -> bool:
     """The fastest plan of a stop that never accelerates; whether there is one."""
-    m.planned = 0
-    begin_change(m, speed, x, y, min(speed, 0.0), max(speed, 0.0))
+    begin_plan(m, speed, x, y)
     if speed > 0.0:
         m.high = 0.0
     else:
         m.low = 0.0
-    return add_found(m, 0.0)
+    add_excess(m, 0.0)
+    if change_speed(m, 0.0, NEVER) == NONE:
+        return False
+    add_pieces(m)
+    return True
 
 
 def plan_travel(m: SpeedPlan, speed: float, x: float, y: float) -> bool:
     """The plan of a stop that brakes at once, as hard as it may, and takes the swing away by moving back; whether there is one."""
-    m.planned = 0
-    lowest = 0.0 if speed < 0.0 else -m.largest_speed
-    highest = 0.0 if speed > 0.0 else m.largest_speed
-    begin_change(m, speed, x, y, lowest, highest)
+    begin_plan(m, speed, x, y)
+    if speed > 0.0:
+        m.highest = 0.0
+    elif speed < 0.0:
+        m.lowest = 0.0
     if speed != 0.0:
         add_ramp(m, abs(speed) / m.pull, -math.copysign(m.pull, speed))
         m.from_speed = 0.0
-    return add_found(m, 0.0)
+    if change_speed(m, 0.0, NEVER) == NONE:
+        return False
+    add_pieces(m)
+    return True
 
 
-def begin_change(m: SpeedPlan, speed: float, x: float, y: float, lowest: float, highest: float) -> None:
-    """What the change is to start from, and its limits."""
+def begin_plan(m: SpeedPlan, speed: float, x: float, y: float) -> None:
+    """A plan with nothing in it yet, and what the change is to start from."""
+    m.planned = 0
     m.from_speed = speed
     m.swing_x = x
     m.swing_y = y
     m.low = -m.pull
     m.high = m.pull
-    m.lowest = lowest
-    m.highest = highest
+    m.lowest = -m.largest_speed
+    m.highest = m.largest_speed
+
+
+def add_excess(m: SpeedPlan, target: float) -> None:
+    """A ramp, as far as a change to the target would span too many swings."""
+    change = target - m.from_speed
+    time = abs(change) / m.pull - 0.5 * HALF_SWINGS * math.pi / m.pole_frequency
+    if time > 0.0:
+        add_ramp(m, time, math.copysign(m.pull, change))
 
 
 def add_ramp(m: SpeedPlan, time: float, level: float) -> None:
@@ -98,6 +99,14 @@ def add_ramp(m: SpeedPlan, time: float, level: float) -> None:
     m.planned += 1
     m.from_speed += time * level
     m.swing_x, m.swing_y = swung(m, m.swing_x, m.swing_y, level, time)
+
+
+def add_pieces(m: SpeedPlan) -> None:
+    """The change that was found, as the end of the plan."""
+    for i in range(m.pieces):
+        m.plan_time[m.planned] = m.piece_time[i]
+        m.plan_level[m.planned] = m.piece_level[i]
+        m.planned += 1
 
 
 def swung(m: SpeedPlan, x: float, y: float, level: float, time: float) -> tuple[float, float]:

@@ -92,7 +92,10 @@ class ShapedStop(SpeedPlan):
     )
     criterion: Variable[int] = Parameter(StopCriterion.braking, "", "what a stop has least of")
     overshoot: Variable[float] = Parameter(
-        0.0, "m/s", "by how much the speed may leave the range from its present value to the target, to be faster", min=0.0
+        0.0,
+        "m/s",
+        "by how much the speed may leave the range from its present value to the target; more if a swing faster",
+        min=0.0,
     )
     swing_source: Variable[int] = Parameter(SwingSource.model, "", "where the load's swing is known from")
     swing_tolerance: Variable[float] = Parameter(
