@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from spring_with_unit import spring_with_unit
 
 from shaper_fmu import System
 from shaper_fmu.page.blocks import Block, Heading, Table, Text, write_report
@@ -363,7 +364,7 @@ def test_of_many_outputs_those_that_vibrate_most_are_shown():
 def test_a_profile_of_a_move(fmus, tmp_path):
     """Its start values are a MotionProfile's; the FMU ends the move at its duration."""
     requirements = Requirements(move=Move(1.0, max_acceleration=30.0), kinds=("trapezoid", "cycloid"))
-    tuning = tune_plant(fmus / "MassSpringDamper.fmu", "force", ["position"], requirements=requirements)
+    tuning = tune_plant(spring_with_unit(tmp_path, "m"), "force", ["position"], requirements=requirements)
     assert tuning.candidate is not None
     law = tuning.candidate.profile
     assert law is not None
