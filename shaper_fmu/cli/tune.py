@@ -109,6 +109,9 @@ def tune(
         float | None,
         typer.Option(help="When the measured response becomes free [s]. Default: from --input, or estimated.", parser=finite),
     ] = None,
+    command: Annotated[
+        str, typer.Option(help="For a measured response the column of a command that excites throughout, such as a swept sine.")
+    ] = "",
     time_unit: Annotated[
         str | None, typer.Option(help="Unit of a measured response's time column. Default: from its header, or s.")
     ] = None,
@@ -133,6 +136,7 @@ def tune(
         shaper-fmu tune crane.fmu --input trolley_acceleration --output swing_angle --vary initial_rope_length=10%
         shaper-fmu tune loop.ssp --input controller.reference --output chain.position_3 --max-delay 2
         shaper-fmu tune ringing.csv --input force --output position
+        shaper-fmu tune sweep.csv --command current --output acceleration
         shaper-fmu tune ringing.csv --output position --for klipper --axis y
     """
     from shaper_fmu.report.tune.outputs import is_plain, left_over, write_tuning
@@ -161,7 +165,14 @@ def tune(
     start_values = pairs(settings, "--set", "mass=2")
     if plant.suffix.lower() in _TABLES:
         found = _of_table(
-            plant, input_, outputs, requirements, [*spread, *start_values], excitation_end=excitation_end, time_unit=time_unit
+            plant,
+            input_,
+            outputs,
+            requirements,
+            [*spread, *start_values],
+            excitation_end=excitation_end,
+            time_unit=time_unit,
+            command=command or None,
         )
     else:
         found = _of_plant(plant, input_, outputs, requirements, spread, start_values, amplitude=amplitude, duration=duration)
@@ -211,7 +222,9 @@ def _of_table(
     if of_plants:
         raise typer.BadParameter(f"a measured response has no parameter {of_plants[0]!r}", param_hint="--vary or --set")
     table = read_table(path)
-    for option, names in (("--input", [input_] if input_ else []), ("--output", outputs or [])):
+    given = options.get("command")
+    columns = ("--input", [input_] if input_ else []), ("--command", [given] if given else []), ("--output", outputs or [])
+    for option, names in columns:
         with wrong_usage(option):
             for name in names:
                 table[name]

@@ -20,10 +20,18 @@ def hidden_share(found: Identification) -> float:
     The mode is taken to decay as quickly as the quickest one found. Outputs that show no more than that themselves are passed over.
     """
     rate = max((-mode.pole.real for mode in found.modes), default=0.0)
+    return _hidden(found, 0.5 * float(np.sum(np.exp(-2.0 * max(0.0, rate) * found.time))))
+
+
+def hidden_of_forced(found: Identification, weakest: float) -> float:
+    """The same for the response to a command, where a mode of amplitude 1 after a unit step has this energy at least."""
+    return _hidden(found, weakest)
+
+
+def _hidden(found: Identification, energy: float) -> float:
     n, c = found.samples, len(found.names)
     threshold = (4 + 2 * c) * math.log(n * c)
     centre = max(0.0, threshold - 2 - 2 * c) + 2.0 * _SURE * math.sqrt(threshold)
-    energy = 0.5 * float(np.sum(np.exp(-2.0 * max(0.0, rate) * found.time)))
     amplitudes = np.sum([np.abs(mode.residues[0]) for mode in found.modes], axis=0)
     hidden = found.noise[0] * math.sqrt(centre / energy)
     seen = amplitudes > hidden

@@ -219,7 +219,8 @@ def _fit(found: Identification, outputs: Sequence[str]) -> dict[str, Any]:
 
 
 def _measured(found: MeasuredIdentification) -> dict[str, Any]:
-    return {"excitation_end": found.excitation_end, "fit": _fit(found.identification, found.outputs)}
+    band = list(found.forced.band) if found.forced is not None else None
+    return {"excitation_end": found.excitation_end, "excited_band": band, "fit": _fit(found.identification, found.outputs)}
 
 
 def _choice(choice: Choice) -> dict[str, Any]:

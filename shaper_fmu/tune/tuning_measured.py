@@ -13,7 +13,7 @@ from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import choose
 from shaper_fmu.tune.choice.reasons import percent
 from shaper_fmu.tune.choice.requirements import Requirements
-from shaper_fmu.tune.hidden import hidden_share
+from shaper_fmu.tune.hidden import hidden_of_forced, hidden_share
 from shaper_fmu.tune.identify.measured import identify_measured
 from shaper_fmu.tune.identify.measured_table import Table
 from shaper_fmu.tune.identify.range import ModeRange, Range
@@ -33,7 +33,7 @@ def tune_measured(
         source, outputs, options: of `identify_measured`.
         requirements: what is wanted; by default `requirements_for({})`.
 
-    The modes' shares are those of the response as it was excited, not of the response to a step.
+    The modes' shares are those of the response as it was excited; with a command's column those of the response to a step of it.
     """
     requirements = requirements or requirements_for({})
     measured = identify_measured(source, outputs, **options)
@@ -50,13 +50,14 @@ def tune_measured(
     if not modes and against:
         return replace(found, verdict="not_proven", summary=f"no mode was found, but {reasons}")
     if not modes:
-        when = f"after {measured.excitation_end:g} s"
+        when = f"after {measured.excitation_end:g} s" if measured.forced is None else "that the command excites"
         return replace(found, verdict="no_vibration", summary=f"{name} shows no vibration {when}, so that no shaper is needed")
     ranges = [ModeRange(_only(m.natural_frequency), _only(m.damping_ratio), (m,)) for m in modes]
     boxes = [ModeBox.of_range(r, [float(a) for a in abs(m.residues[0])]) for r, m in zip(ranges, modes, strict=True)]
     choice = choose(boxes, requirements)
     verdict: Verdict = "for_modes_found" if choice.recommended is not None else "nothing_fits"
-    hidden = hidden_share(measured.identification)
+    forced = measured.forced
+    hidden = hidden_of_forced(measured.identification, forced.weakest) if forced else hidden_share(measured.identification)
     if not against and hidden > requirements.tolerance:
         reasons = (
             f"the noise may hide a mode of up to {percent(hidden)} of the vibration, more than the tolerance of "
@@ -65,7 +66,8 @@ def tune_measured(
         )
         found = replace(found, findings=(*found.findings, Finding("hidden", reasons)))
     elif not against:
-        only = f". This holds for the modes found in {name}, within these ranges. Nothing was tried on the machine itself"
+        band = f" between {forced.band[0]:.3g} and {forced.band[1]:.3g} Hz" if forced else ""
+        only = f". This holds for the modes found in {name}{band}, within these ranges. Nothing was tried on the machine itself"
         return replace(found, verdict=verdict, summary=choice.reason + only, choice=choice)
     return replace(found, verdict="not_proven", summary=f"{reasons}. If the modes were those found: {choice.reason}", choice=choice)
 

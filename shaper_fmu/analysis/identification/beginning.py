@@ -22,7 +22,11 @@ from shaper_fmu.analysis.identification.result import Identification, Mode
 BEGINNINGS = 32
 """Of equal distances that are tried, from the last to the first."""
 _MOST_SAMPLES = 800
-_MOST_POLES = 12
+_MOST_POLES = 24
+_FEWEST_PER_PERIOD = 8
+"""Samples that are kept of the fastest motion, however many there are in all."""
+_ENERGY = 0.999
+"""Share of the energy below the frequency of the fastest motion."""
 _PATIENCE = 2
 """Beginnings in a row that are not free, after which there is no earlier one."""
 _SURE, _SAME, _FARTHEST = 5.0, 3e-3, 0.02
@@ -45,6 +49,7 @@ class Beginnings:
     def __init__(self, response: FreeResponse, smallest_share: float):
         self._response, self._share = response, smallest_share
         self._seen: dict[int, Identification | None] = {}
+        self._widest = max(1, int(1.0 / (_FEWEST_PER_PERIOD * max(1e-300, _fastest(response)) * response.step)))
 
     def seen(self, first: int) -> Identification | None:
         """The identification from the sample `first` on; None if there is none."""
@@ -54,7 +59,7 @@ class Beginnings:
 
     def _identified(self, first: int) -> Identification | None:
         values = self._response.values[first:]
-        every = max(1, math.ceil(len(values) / _MOST_SAMPLES))
+        every = min(self._widest, max(1, math.ceil(len(values) / _MOST_SAMPLES)))
         if len(values) < FEWEST_SAMPLES * every:
             return None
         means = values[: len(values) // every * every].reshape(-1, every, values.shape[1]).mean(axis=1)
@@ -133,6 +138,15 @@ class Beginnings:
         return self.lost(first, strict=True) is None
 
 
+def _fastest(response: FreeResponse) -> float:
+    """The frequency [Hz] below which nearly all of the outputs' energy lies."""
+    values = response.values - response.values.mean(axis=0)
+    power = np.abs(np.fft.rfft(values * np.hanning(len(values))[:, None], axis=0)) ** 2
+    share = np.cumsum(power / np.maximum(power.sum(axis=0), 1e-300), axis=0)
+    last = max(int(np.searchsorted(column, _ENERGY * column[-1])) for column in share.T)
+    return last / (len(values) * response.step)
+
+
 def _visible(mode: Mode, delay: float) -> bool:
     left = np.abs(mode.residues) * math.exp(mode.pole.real * delay)
     return bool((left > _VISIBLE * mode.residue_std)[mode.residue_std > 0.0].any())
@@ -153,9 +167,14 @@ def _is_same(one: Mode, other: Mode, strict: bool) -> bool:
     return abs(one.pole - other.pole) <= (min(most, _FARTHEST * abs(one.pole)) if strict else most)
 
 
-def first_free(response: FreeResponse, smallest_share: float) -> int | None:
-    """The first sample from which on a response is free, judged by its modes; None if there is no such sample."""
-    looks = Beginnings(response, smallest_share)
+def first_free(response: FreeResponse, smallest_share: float, looks: Beginnings | None = None) -> int | None:
+    """The first sample from which on a response is free, judged by its modes; None if there is no such sample.
+
+    `looks`, what is known of this response already, saves time.
+    """
+    looks = looks or Beginnings(response, smallest_share)
+    if looks.is_free(0) and looks.contradicted(0) is None:
+        return 0
     free, before = None, 0
     for first in _places(len(response.values)):
         if looks.is_free(first):

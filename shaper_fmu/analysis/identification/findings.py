@@ -85,7 +85,7 @@ def _of_residual(found: Fit, data: Data, smallest_share: float) -> list[Finding]
     seen = [residual for residual, noise, floor in columns if noise > max(_ABOVE_FLOOR * floor, smallest_share)]
     findings = []
     worst = max((float(one[1:] @ one[:-1] / (one @ one)) for one in seen), default=0.0)
-    if worst > _CORRELATED or any(_is_bent(one) for one in seen):
+    if worst > _CORRELATED or any(is_bent(one) for one in seen):
         detail = f"correlation {worst:.2f} from sample to sample"
         text = (
             f"the fit's residual is not white noise ({detail}): the modes do not explain all, and the uncertainties are too small"
@@ -101,7 +101,7 @@ def _of_residual(found: Fit, data: Data, smallest_share: float) -> list[Finding]
     return findings
 
 
-def _is_bent(residual: np.ndarray) -> bool:
+def is_bent(residual: np.ndarray) -> bool:
     """Bartlett's test for white noise: the cumulative periodogram is a straight line (Kolmogorov and Smirnov's bounds)."""
     power = np.cumsum(np.abs(np.fft.rfft(residual)[1:]) ** 2)
     count = len(power)

@@ -62,12 +62,12 @@ class _Projected:
 def project(m: Model, data: Data) -> _Projected:
     """The best coefficients for given poles; directions in which functions coincide are left out, so that they do no harm."""
     functions = basis(m, data.time)
-    span, change = _orthonormal(functions)
-    inside = _products(span, data.y)
-    return _Projected(functions, span, change, change.T @ inside, data.y - _mixed(inside.T, span))
+    span, change = orthonormal(functions)
+    inside = products(span, data.y)
+    return _Projected(functions, span, change, change.T @ inside, data.y - mixed(inside.T, span))
 
 
-def _orthonormal(functions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def orthonormal(functions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """An orthonormal basis of the rows, shape (r, n), and the matrix (r, order) that makes it of them.
 
     By the eigenvectors of the Gram matrix, twice, since the second time takes away what rounding has left.
@@ -76,20 +76,20 @@ def _orthonormal(functions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     size[size == 0.0] = 1.0
     span, change = functions, np.diag(1.0 / size)
     for _ in range(2 if len(functions) else 0):
-        span = _mixed(change, functions)
-        values, vectors = np.linalg.eigh(_products(span, span))
+        span = mixed(change, functions)
+        values, vectors = np.linalg.eigh(products(span, span))
         kept = values > _SINGULAR * values[-1]
         turn = (vectors[:, kept] / np.sqrt(values[kept])).T
-        change, span = turn @ change, _mixed(turn, span)
+        change, span = turn @ change, mixed(turn, span)
     return span, change
 
 
-def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Inner products of the rows, long ones, of a and b. Not by BLAS: its threads cost more than such small products."""
     return np.einsum("in,jn->ij", a, b)
 
 
-def _mixed(weights: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def mixed(weights: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """weights @ rows, where rows are long."""
     return np.einsum("ij,jn->in", weights, rows)
 
@@ -174,10 +174,10 @@ def _allowed(values: np.ndarray, m: Model, data: Data) -> bool:
 def _normal_equations(m: Model, found: _Projected, data: Data, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Fisher's information of the poles (unit noise after weighting), and minus half the gradient of the cost."""
     late = found.functions[: len(m.parameters)] * data.time
-    late -= _mixed(_products(late, found.span), found.span)
+    late -= mixed(products(late, found.span), found.span)
     weighted = directions(m, found.coefficients / noise)
-    information = np.einsum("ikc,ij,jlc->kl", weighted, _products(late, late), weighted, optimize=True)
-    return information, np.einsum("ikc,ic->k", weighted, _products(late, found.residual) / noise)
+    information = np.einsum("ikc,ij,jlc->kl", weighted, products(late, late), weighted, optimize=True)
+    return information, np.einsum("ikc,ic->k", weighted, products(late, found.residual) / noise)
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ def covariance(found: Fit, data: Data) -> Covariance:
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     parameters = np.linalg.pinv(information / np.outer(scale, scale), rcond=1e-14, hermitian=True) / np.outer(scale, scale)
     late = projected.functions[:count] * data.time
-    moved = projected.change.T @ _products(projected.span, late)  # minus what the coefficients gain, for t basis_i
+    moved = projected.change.T @ products(projected.span, late)  # minus what the coefficients gain, for t basis_i
     leverage = np.einsum("oi,ijc->ojc", moved, directions(m, projected.coefficients))
     variance += np.einsum("oic,ij,ojc->oc", leverage, parameters, leverage)
     return Covariance(parameters, np.sqrt(np.maximum(0.0, variance)))

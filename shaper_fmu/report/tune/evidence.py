@@ -40,6 +40,7 @@ class Evidence:
         response: shape (n, m), in the outputs' units.
         outputs, units: short names, and units.
         shown: the outputs to be shown.
+        forced: whether a command excites the response throughout.
     """
 
     found: Identification
@@ -48,6 +49,7 @@ class Evidence:
     outputs: tuple[str, ...]
     units: tuple[str, ...]
     shown: tuple[str, ...]
+    forced: bool = False
 
     def column(self, output: str) -> int:
         """Place of an output in the response."""
@@ -68,7 +70,9 @@ class Evidence:
         return any(one.kind in ("unstable", "growth") for one in self.found.others)
 
     def fitted(self) -> np.ndarray:
-        """The sum of modes and other poles, shape (n, m)."""
+        """The sum of modes and other poles, or what the fit makes of the command, shape (n, m)."""
+        if self.forced:
+            return self.response - self.found.residual[:, 0]
         return self.found.response(self.time - self.time[0])
 
     def polynomial(self) -> np.ndarray:
@@ -82,7 +86,7 @@ def evidence(tuning: Tuning) -> Evidence:
     if tuning.plant is None:
         assert tuning.measured is not None  # a tuning has either
         seen = tuning.measured
-        found = Evidence(seen.identification, seen.time, seen.response, seen.outputs, seen.units, ())
+        found = Evidence(seen.identification, seen.time, seen.response, seen.outputs, seen.units, (), seen.forced is not None)
     else:
         seen = tuning.plant.nominal
         names = [tuning.system.short(name) if tuning.system is not None else name for name in seen.outputs]
@@ -196,4 +200,10 @@ def ring_down_figure(found: Evidence, number: int, output: str) -> Figure:
         for name, values in (("response", found.response), ("fit", found.fitted()))
     ]
     few = f", the first {shown:.3g} of {duration:.3g} s" if shown < duration else ""
-    return Figure(f"ring_down_{number}", f"Free response of {output}, and the fit{few}", "time [s]", found.label(output), lines)
+    return Figure(
+        f"ring_down_{number}",
+        f"{'Response' if found.forced else 'Free response'} of {output}, and the fit{few}",
+        "time [s]",
+        found.label(output),
+        lines,
+    )

@@ -19,6 +19,8 @@ from shaper_fmu.analysis.identification import (
     identify,
 )
 from shaper_fmu.analysis.identification.beginning import Beginnings, cut, first_free
+from shaper_fmu.analysis.identification.clipping import check_clipping
+from shaper_fmu.analysis.identification.forced import Forced, identify_forced
 from shaper_fmu.analysis.identification.record import FEWEST_SAMPLES
 from shaper_fmu.analysis.identification.swept import find_sweep
 from shaper_fmu.errors import nearest
@@ -61,6 +63,7 @@ class MeasuredIdentification:
         outputs, units: names and units of the columns, "" without one.
         excitation_end: after which the response is free [s], on the file's clock.
         findings: what the user should know, of the table and of the identification.
+        forced: what is known of the command; None for a free response.
     """
 
     identification: Identification
@@ -70,6 +73,7 @@ class MeasuredIdentification:
     units: tuple[str, ...]
     excitation_end: float
     findings: tuple[Finding, ...]
+    forced: Forced | None = None
 
 
 def identify_measured(
@@ -78,6 +82,7 @@ def identify_measured(
     *,
     time: str | None = None,
     input: str | None = None,
+    command: str | None = None,
     excitation_end: float | None = None,
     units: Mapping[str, str] | None = None,
     time_unit: str | None = None,
@@ -90,6 +95,8 @@ def identify_measured(
         outputs: columns to look at; all but time and input if none are named.
         time: the time column; by default one whose name says so ("time", "t", "time_ms", "Time/ms"), else the first.
         input: the column of the excitation: the response is free after its last change.
+        command: the column of the command that excites the response throughout, such as a swept sine: the modes are those from it
+            to the outputs, and their amplitudes those after a unit step of it. In place of `input` and `excitation_end`.
         excitation_end: when the response becomes free, on the file's clock, in s. Without this and `input` it is found from the
             response by its modes (`first_free`), and a finding reports it.
         units: of columns whose header has none; a header may read "position [mm]". Time may be in s, ms, us,
@@ -105,12 +112,17 @@ def identify_measured(
     if input is not None and not np.isfinite(column := table[_column(table, input)]).all():
         row = int(np.flatnonzero(~np.isfinite(column))[0])
         raise IdentificationError(f"{input} is not a finite number at row {row + 1}: {column[row]:g}")
-    names = [_column(table, name) for name in outputs or [n for n in table.names if n not in (clock, input)]]
+    names = [_column(table, name) for name in outputs or [n for n in table.names if n not in (clock, input, command)]]
     if not names:
         raise IdentificationError("there is no column of a response besides the time")
     values = np.column_stack([table[name] for name in names])
     _check_times(t)
     findings: list[Finding] = [*table.notes, *assumed]
+    if command is not None:
+        if input is not None or excitation_end is not None:
+            raise IdentificationError("a command's column tells the excitation: give neither input nor excitation_end beside it")
+        labels = tuple(names), tuple(known.get(name, "") for name in names)
+        return _of_command(t, values, table[_column(table, command)], labels, smallest_share, findings)
     start: int | None = 0
     first, note = _beginning(t, table[input] if input else None, excitation_end)
     findings += [Finding("input_constant", note)] if note else []
@@ -136,6 +148,25 @@ def identify_measured(
     return MeasuredIdentification(
         found, grid, uniform, tuple(names), tuple(known.get(name, "") for name in names), end, tuple(findings)
     )
+
+
+def _of_command(
+    t: np.ndarray, values: np.ndarray, command: np.ndarray, labels: tuple[tuple[str, ...], tuple[str, ...]], smallest_share: float,
+    findings: list[Finding],
+) -> MeasuredIdentification:  # fmt: skip
+    """The modes that a command excites."""
+    grid, uniform, note = _uniform(t, np.column_stack([values, command]))
+    findings += [Finding("resampled", note)] if note else []
+    response = free_response(uniform[:, :-1], float(grid[-1] - grid[0]) / (len(grid) - 1), labels[0], _quantisation(values))
+    if not np.isfinite(uniform[:, -1]).all():
+        raise IdentificationError("the command's column has values that are not finite numbers")
+    check_clipping(response)
+    found = identify_forced(response, uniform[:, -1], smallest_share)
+    times = grid[0] + found.identification.step * np.arange(len(found.response.values))
+    findings += found.identification.findings
+    return MeasuredIdentification(
+        found.identification, times, found.response.values, *labels, float(grid[0]), tuple(findings), found
+    )  # fmt: skip
 
 
 def _before(t: np.ndarray, values: np.ndarray, grid: np.ndarray, response: FreeResponse) -> FreeResponse | None:
@@ -216,17 +247,19 @@ def last_change(excitation: np.ndarray) -> int | None:
     if len(rest) < _FEWEST or alike > _ALIKE + 4.0 / math.sqrt(len(rest)):
         raise IdentificationError(
             "the column of the excitation does not come to rest: it is noisy or follows the response; give the time at which the "
-            "response becomes free (excitation_end, --excitation-end)"
+            "response becomes free (excitation_end, --excitation-end), or, if it excites throughout, the column as the command "
+            "(command, --command)"
         )
     return first if first else None
 
 
 def _unconfirmed(response: FreeResponse, smallest_share: float, end: float, *, given: bool) -> list[Finding]:
     """A finding if later beginnings contradict a mode: then the response is not free yet, or its modes change."""
-    mode = Beginnings(response, smallest_share).contradicted(0)
+    looks = Beginnings(response, smallest_share)
+    mode = looks.contradicted(0)
     if mode is None:
         return []
-    later = first_free(response, smallest_share)
+    later = first_free(response, smallest_share, looks)
     hint = f"; it seems to be free from {end + later * response.step:.4g} s on" if later else ""
     text = (
         f"the mode at {mode.natural_frequency:.4g} rad/s is not the same, or hardly known, where one begins later: the response is "
