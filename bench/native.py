@@ -11,8 +11,9 @@ from host import Hosted, hosted, measure, shared_python, this_platform
 
 from shaper_fmu import components, find_component
 from shaper_fmu.component import Component
-from shaper_fmu.export.native.backend import build_native_fmu, kernel_object, library
+from shaper_fmu.export.native.backend import build_native_fmu
 from shaper_fmu.export.native.kernels import component_files
+from shaper_fmu.export.native.libraries import library
 from shaper_fmu.export.native.sources import fmu_sources
 from shaper_fmu.export.pythonfmu_backend import build_fmu as build_python_fmu
 
@@ -73,7 +74,7 @@ def native_vs_handwritten_c(folder: Path) -> Row:
     native = _native(component, folder)
     own = {**component_files(component), "kernels.c": _HANDWRITTEN.read_text()}
     sources = fmu_sources(component, native.token, 2, own)
-    made = library(component.__name__, this_platform(), sources, kernel_object(own, this_platform()))
+    made = library(component.__name__, this_platform(), 2, sources)
     handwritten = replace(native, library=made)
     return compared("native_vs_handwritten_c", lambda: measure([native, handwritten], ROUNDS), tolerance=1e-15, needed=1 / 1.5)
 

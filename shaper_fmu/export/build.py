@@ -96,6 +96,7 @@ def fmu_path(
     return cached(f"fmus/{key}", f"{found.__name__}.fmu", make)
 
 
+@functools.lru_cache(maxsize=1)  # whoever builds both versions builds them one after the other
 def sources_digest(component: type[Component]) -> str:
     """Digest of the sources of a component's FMU: its own and the exporter's."""
     return digest(packed_sources(component)[0], _exporter_digest())

@@ -64,8 +64,8 @@ BROKEN = {
         "life.c", "calloc(model_exchange ? 4 : 2, size)", "calloc(1, size - 1)", "heap-buffer-overflow",
     ),
     "a kernel given the end of the record": (
-        "life.c", "component.start(record, &fault)",
-        "component.start(record + 2 * component.record_size - 8, &fault)", "heap-buffer-overflow(.|\n)*kernel_start",
+        "life.c", "kernel_start(record, &fault)",
+        "kernel_start(record + 2 * component.record_size - 8, &fault)", "heap-buffer-overflow(.|\n)*kernel_start",
     ),
     "a record freed twice": ("life.c", "free(instance->record);", "free(instance->record), free(instance->record);", "double-free"),
     "an index one too far": ("values.c", "k < component.variables; k++", "k <= component.variables; k++", "global-buffer-overflow|insufficient space"),

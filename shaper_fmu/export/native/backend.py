@@ -4,32 +4,20 @@ from __future__ import annotations
 
 import functools
 import struct
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from types import MappingProxyType
 
-import fmpy
-
 from shaper_fmu.archives import write_archive
 from shaper_fmu.component import Component
-from shaper_fmu.export.cache import cached, digest
-from shaper_fmu.export.description_parts import COMPILED_SOURCES
 from shaper_fmu.export.documentation import documentation_page
 from shaper_fmu.export.fmi2_description import fmi2_native_description
 from shaper_fmu.export.fmi3_description import fmi3_native_description
 from shaper_fmu.export.native.kernels import component_files
+from shaper_fmu.export.native.libraries import library
 from shaper_fmu.export.native.sources import fmu_sources, sources_folder
-from shaper_fmu.export.native.toolchain import (
-    PLATFORMS,
-    USUAL_PLATFORMS,
-    Platform,
-    build_library,
-    compile_object,
-    platform_named,
-    toolchain_version,
-)
+from shaper_fmu.export.native.toolchain import PLATFORMS, USUAL_PLATFORMS, platform_named, toolchain_version
 from shaper_fmu.export.packing import check_component, content_guid, licences
 from shaper_fmu.export.terminals_and_icons import icon_and_terminals
 
@@ -65,7 +53,7 @@ def build_native_fmu(
     libraries = {}
     for platform in chosen:
         progress(f"{name}: FMI {fmi}.0, {platform.name}")
-        libraries[platform.name] = library(name, platform, sources, kernel_object(own, platform)).read_bytes()
+        libraries[platform.name] = library(name, platform, fmi, sources).read_bytes()
     files |= _binaries(name, fmi, libraries)
     return write_archive(Path(folder) / f"{name}.fmu", files)
 
@@ -74,39 +62,6 @@ def build_native_fmu(
 def _of_both_versions(component: type[Component]) -> tuple[bytes, Mapping[str, str]]:
     """What takes long and is the same for both versions of FMI: the documentation page, and the component's own C files."""
     return documentation_page(component).encode(), MappingProxyType(component_files(component))
-
-
-def library(name: str, platform: Platform, sources: Mapping[str, str], kernels: Path) -> Path:
-    """The shared library made of an FMU's sources, of which the kernels are compiled already; from the cache or compiled."""
-    parts = [part for file in sorted(sources.items()) for part in file]
-    key = digest(toolchain_version(), platform.target, (Path(__file__).parent / "toolchain.py").read_bytes(), *parts)
-
-    def make() -> bytes:
-        with tempfile.TemporaryDirectory() as folder:
-            for file, text in sources.items():
-                (Path(folder) / file).write_text(text, encoding="utf-8")
-            target = Path(folder) / f"{name}{platform.suffix}"
-            headers = Path(fmpy.__file__).parent / "c-code"
-            build_library([Path(folder) / COMPILED_SOURCES[0], kernels], target, platform, [headers])
-            return target.read_bytes()
-
-    return cached("libraries", f"{name}-{key}{platform.suffix}", make)
-
-
-def kernel_object(own: Mapping[str, str], platform: Platform) -> Path:
-    """The kernels alone, compiled: both versions of FMI are linked with them."""
-    runtime = [(Path(__file__).parent / name).read_bytes() for name in ("kernel.h", "toolchain.py")]
-    key = digest(*own.values(), *runtime, toolchain_version(), platform.target)
-
-    def make() -> bytes:
-        with tempfile.TemporaryDirectory() as folder:
-            for name, text in own.items():
-                (Path(folder) / name).write_text(text, encoding="utf-8")
-            target = Path(folder) / "kernels.o"
-            compile_object(Path(folder) / "kernels.c", target, platform, [Path(folder), Path(__file__).parent])
-            return target.read_bytes()
-
-    return cached("objects", f"{key}.o", make)
 
 
 def _binaries(name: str, fmi: int, libraries: dict[str, bytes]) -> dict[str, bytes]:

@@ -13,18 +13,23 @@
 #ifdef __GNUC__
 #define COLD __attribute__((cold))
 #define OUT_OF_LINE __attribute__((noinline))
+#define IN_LINE inline __attribute__((always_inline))
 #define LIKE_PRINTF __attribute__((format(printf, 3, 4)))
 #else
 #define COLD
 #define OUT_OF_LINE
+#define IN_LINE inline
 #define LIKE_PRINTF
 #endif
 
-/* In an FMU all of the layer is one unit, fmu.c, and offers FMI's functions alone: several FMUs can be linked together. */
-#ifdef ONE_UNIT
+/* In an FMU all but the kernels is one unit, fmu.c, and offers FMI's functions alone: several FMUs can be linked together. For the
+   libraries that FMUs carry, the layer is a unit without the table, which is compiled once for all components. */
+#if defined(ONE_UNIT) || defined(LAYER_UNIT)
 #define INTERNAL static
+#define HOT static IN_LINE /* in every step */
 #else
 #define INTERNAL
+#define HOT
 #endif
 
 /* Refused by the compiler where it does not hold. */
@@ -77,9 +82,6 @@ typedef struct {
     uint8_t unchecked; /* an input that may be set to any value: it is checked when it is used */
 } Scalar;
 
-typedef int (*StartKernel)(void *record, Fault *fault);
-typedef int (*StepKernel)(void *record, double t, double h, Fault *fault);
-
 typedef struct {
     const char *name;
     const char *token; /* the GUID of FMI 2, the instantiation token of FMI 3 */
@@ -92,8 +94,9 @@ typedef struct {
     int model_exchange;  /* whether the component can be integrated by the importer */
     int variables;
     const Variable *variable;
-    int inputs; /* indices into variable */
-    const uint16_t *input;
+    int inputs; /* element by element: first those that may be any finite number */
+    int free_inputs;
+    const Scalar *input;
     int results;    /* real outputs and locals, element by element */
     int calculated; /* real calculated parameters, which follow them */
     const Scalar *result;
@@ -105,12 +108,10 @@ typedef struct {
     const Scalar *state;
     int messages;
     const NumberedText *message;
-    StartKernel start;
-    StepKernel step;
 } Component;
 
 #ifndef ONE_UNIT
-extern const Component component;
+NOT_EXPORTED extern const Component component;
 #endif
 
 /* Phases of an instance's life; a function may be called in the phases of its mask. */
@@ -160,14 +161,14 @@ INTERNAL Instance *new_instance(const char *name, int model_exchange);
 INTERNAL void free_instance(Instance *);
 INTERNAL void reset_instance(Instance *);
 INTERNAL int check_identity(Instance *, const char *name, const char *token, int known_type);
-INTERNAL int allowed(Instance *, const char *function, int phases);
+HOT int allowed(Instance *, const char *function, int phases);
 INTERNAL Status set_start(Instance *, double start, int stop_defined, double stop);
 INTERNAL Status enter_initialization(Instance *);
 INTERNAL Status exit_initialization(Instance *, Phase next);
-INTERNAL Status refresh(Instance *);
+HOT Status refresh(Instance *);
 INTERNAL void note_set(Instance *, int changed);
-INTERNAL Status advance(Instance *, double t, double h, int left_limits);
-INTERNAL Status check_step(Instance *, double t, double h);
+HOT Status advance(Instance *, double t, double h, int left_limits);
+HOT Status check_step(Instance *, double t, double h);
 INTERNAL Status enter_event_mode(Instance *);
 INTERNAL void terminate(Instance *);
 INTERNAL double next_event(const Instance *);
@@ -208,7 +209,7 @@ INTERNAL Status check_parameters(Instance *);
 INTERNAL Status check_inputs(Instance *, double t);
 INTERNAL Status check_results(Instance *, const unsigned char *record, double t, int with_calculated);
 INTERNAL int check_element(Instance *, const Variable *, int element, double value, const double *t);
-INTERNAL Status settable(Instance *, const Variable *, int element, double value);
+HOT Status settable(Instance *, const Variable *, int element, double value);
 INTERNAL Status derivative_of(Instance *, const Variable *, int element, int order, double *value);
 INTERNAL int check_null(Instance *, const void *pointer, size_t n, const char *function);
 

@@ -116,16 +116,21 @@ static const Variable *find(Instance *instance, fmi2ValueReference vr, int kinds
         return fmi2OK; \
     }
 
-/* All values are checked before the first is set: a refused call changes nothing. */
+/* All values are checked before the first is set: a refused call changes nothing. Most calls set one input. */
 #define SETTER(Name, Type, kinds, Stored, converted) \
+    static OUT_OF_LINE Status check_##Name(const char *function, Instance *instance, const fmi2ValueReference vr[], size_t nvr, \
+                                           const Type value[]) { \
+        if (!check_null(instance, vr, nvr, function) || !check_null(instance, value, nvr, function)) return ERROR; \
+        for (size_t i = 0; i < nvr; i++) { \
+            const Variable *v = find(instance, vr[i], kinds, #Name); \
+            if (!v || settable(instance, v, component.scalar[vr[i]].element, (double)value[i])) return ERROR; \
+        } \
+        return OK; \
+    } \
     fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const Type value[]) { \
         REQUIRE(WRITABLE); \
-        if (!check_null(instance, vr, nvr, __func__) || !check_null(instance, value, nvr, __func__)) return fmi2Error; \
-        for (size_t i = 0; i < nvr; i++) { \
-            if (is_known(vr[i], kinds) && component.scalar[vr[i]].unchecked) continue; \
-            const Variable *v = find(instance, vr[i], kinds, #Name); \
-            if (!v || settable(instance, v, component.scalar[vr[i]].element, (double)value[i])) return fmi2Error; \
-        } \
+        int unchecked = nvr == 1 && vr && value && is_known(*vr, kinds) && component.scalar[*vr].unchecked; \
+        if (!unchecked && check_##Name(__func__, instance, vr, nvr, value)) return fmi2Error; \
         instance->tried = 0; \
         for (size_t i = 0; i < nvr; i++) { \
             Stored *at = (Stored *)(instance->record + component.scalar[vr[i]].offset), given = converted; \

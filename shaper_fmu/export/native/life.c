@@ -68,16 +68,23 @@ static const char *phase_name(Phase phase) {
     }
 }
 
+static int is_for_other_kind(const Instance *instance, int phases) {
+    return phases & (instance->model_exchange ? STEPS_ONLY : EXCHANGE_ONLY);
+}
+
+static COLD void refuse_call(Instance *instance, const char *function, int phases) {
+    if (is_for_other_kind(instance, phases))
+        refuse(instance, ERROR, "%s: %s is not for %s", component.name, function,
+               instance->model_exchange ? "model exchange" : "co-simulation");
+    else
+        refuse(instance, ERROR, "%s: %s cannot be called %s", component.name, function, phase_name(instance->phase));
+}
+
 /* Whether the function may be called now; if not, says so. */
 int allowed(Instance *instance, const char *function, int phases) {
     if (!instance) return 0;
-    if (phases & (instance->model_exchange ? STEPS_ONLY : EXCHANGE_ONLY)) {
-        refuse(instance, ERROR, "%s: %s is not for %s", component.name, function,
-               instance->model_exchange ? "model exchange" : "co-simulation");
-        return 0;
-    }
-    if (instance->phase & phases) return 1;
-    refuse(instance, ERROR, "%s: %s cannot be called %s", component.name, function, phase_name(instance->phase));
+    if (instance->phase & phases && !is_for_other_kind(instance, phases)) return 1;
+    refuse_call(instance, function, phases);
     return 0;
 }
 
@@ -99,19 +106,19 @@ Status enter_initialization(Instance *instance) {
 
 static Status run_start(Instance *instance, unsigned char *record) {
     Fault fault = {0, 0, 0, 0.0, 0.0};
-    int status = component.start(record, &fault);
+    int status = kernel_start(record, &fault);
     if (fault.what) return kernel_fault(instance, &fault, instance->time);
     return status ? kernel_failure(instance, record, status, instance->time) : OK;
 }
 
-static Status run_step(Instance *instance, unsigned char *record, double t, double h, int left_limits) {
+static IN_LINE Status run_step(Instance *instance, unsigned char *record, double t, double h, int left_limits) {
     Fault fault = {0, 0, 0, 0.0, 0.0};
     int status;
     *(int *)(record + component.left_limits) = left_limits;
-    status = component.step(record, t, h, &fault);
+    status = kernel_step(record, t, h, &fault);
     *(int *)(record + component.left_limits) = 0;
-    if (fault.what) return kernel_fault(instance, &fault, t);
-    return status ? kernel_failure(instance, record, status, t) : check_results(instance, record, t, 0);
+    if (!fault.what && !status) return check_results(instance, record, t, 0);
+    return fault.what ? kernel_fault(instance, &fault, t) : kernel_failure(instance, record, status, t), ERROR;
 }
 
 /* Parameters and inputs are checked; then states and outputs come from scratch. */
@@ -136,10 +143,12 @@ Status exit_initialization(Instance *instance, Phase next) {
     return OK;
 }
 
+static size_t scalar_size(const Scalar *s) { return s->kind == REAL ? 8 : 4; }
+
 static void copy_inputs(unsigned char *to, const unsigned char *from) {
     for (int k = 0; k < component.inputs; k++) {
-        const Variable *v = &component.variable[component.input[k]];
-        memcpy(to + v->offset, from + v->offset, (size_t)length(v) * (v->kind == REAL ? 8 : 4));
+        const Scalar *s = &component.input[k];
+        memcpy(to + s->offset, from + s->offset, scalar_size(s));
     }
 }
 
@@ -174,9 +183,7 @@ void note_set(Instance *instance, int changed) {
     if (changed || !(instance->phase & (STEPPING | EVENT))) instance->stale = 1;
 }
 
-/* Outputs follow the values set so far: all of them while initializing, inputs without delay at a communication point. */
-Status refresh(Instance *instance) {
-    if (!instance->stale) return OK;
+static Status bring_up_to_date(Instance *instance) {
     if (instance->phase == INITIALIZING) return initialize(instance);
     if (instance->phase == CONTINUOUS) return try_out(instance);
     if (!(instance->phase & (STEPPING | EVENT))) return OK;
@@ -186,6 +193,9 @@ Status refresh(Instance *instance) {
     hold(instance);
     return OK;
 }
+
+/* Outputs follow the values set so far: all of them while initializing, inputs without delay at a communication point. */
+Status refresh(Instance *instance) { return instance->stale ? bring_up_to_date(instance) : OK; }
 
 double next_event(const Instance *instance) {
     return component.next_event_time < 0 ? NO_EVENT : *(const double *)(instance->record + component.next_event_time);
@@ -205,30 +215,35 @@ Status advance(Instance *instance, double t, double h, int left_limits) {
     return OK;
 }
 
-/* Whether a step from t over h is possible: it must begin where the last one ended, within a clock's rounding. */
-Status check_step(Instance *instance, double t, double h) {
-    double rounding = 1e-6 * h + 1e-9 * fabs(t), end = t + h;
-    int follows = h >= 0.0 && fabs(t - instance->time) <= rounding && fabs(end) < HUGE_VAL;
-    if (follows && !(instance->stop_defined && end > instance->stop_time + rounding)) return OK;
+/* What a clock may differ by that adds steps up. */
+static double rounding_of(double t, double h) { return 1e-6 * h + 1e-9 * fabs(t); }
+
+static COLD Status refuse_step(Instance *instance, double t, double h) {
     if (!(isfinite(t) && isfinite(t + h) && h >= 0.0))
         return refuse(instance, ERROR, "%s: a step of %g s at t = %.15g s is not possible; it must be finite and not negative",
                       component.name, h, t);
-    if (fabs(t - instance->time) > rounding)
+    if (fabs(t - instance->time) > rounding_of(t, h))
         return refuse(instance, ERROR, "%s: a step cannot begin at t = %.15g s: the last one ended at %.15g s", component.name, t,
                       instance->time);
-    if (instance->stop_defined && t + h > instance->stop_time + rounding)
-        return refuse(instance, ERROR, "%s: a step to t = %.15g s ends after the stop time %.15g s", component.name, t + h,
-                      instance->stop_time);
-    return OK;
+    return refuse(instance, ERROR, "%s: a step to t = %.15g s ends after the stop time %.15g s", component.name, t + h,
+                  instance->stop_time);
+}
+
+/* Whether a step from t over h is possible: it must begin where the last one ended. If not, says so. */
+Status check_step(Instance *instance, double t, double h) {
+    double rounding = rounding_of(t, h), end = t + h;
+    int follows = h >= 0.0 && fabs(t - instance->time) <= rounding && fabs(end) < HUGE_VAL;
+    if (follows && !(instance->stop_defined && end > instance->stop_time + rounding)) return OK;
+    refuse_step(instance, t, h);
+    return ERROR;
 }
 
 /* Whether an input that acts only when sampled differs from its last sample. */
 int samples_changed(const Instance *instance) {
     if (!component.sampled || !instance->held) return 0;
     for (int k = 0; k < component.inputs; k++) {
-        const Variable *v = &component.variable[component.input[k]];
-        int bytes = length(v) * (v->kind == REAL ? 8 : 4);
-        if (memcmp(instance->held + v->offset, instance->record + v->offset, (size_t)bytes)) return 1;
+        const Scalar *s = &component.input[k];
+        if (memcmp(instance->held + s->offset, instance->record + s->offset, scalar_size(s))) return 1;
     }
     return 0;
 }

@@ -13,6 +13,7 @@ from shaper_fmu.export.native.table import component_table
 
 UNIT: str = COMPILED_SOURCES[0]
 TABLE = "component.c"
+LAYER = "layer.c"
 OPTIONS = "-ffp-contract=off"
 """A product and a sum are rounded each, as in Python: a compiler that fuses them gives other last digits."""
 
@@ -76,10 +77,23 @@ def layer_headers(fmi: int) -> list[Path]:
 def fmu_sources(component: type[Component], token: str, fmi: int, own: Mapping[str, str]) -> dict[str, str]:
     """The C files by name: the component's `own`, its table, the layer, and the unit that includes all but the kernels."""
     files = {file.name: file.read_text(encoding="utf-8") for file in (*layer_headers(fmi), *layer_sources(fmi))}
-    # one unit: the compiler sees the table while it compiles the layer, which makes a step twice as fast
-    included = "".join(f'#include "{name}"\n' for name in (TABLE, *(file.name for file in layer_sources(fmi))))
+    included = _including(TABLE, *(file.name for file in layer_sources(fmi)))
     unit = f"/* All of the FMU but its kernels, as one unit. */\n\n#define ONE_UNIT\n\n{included}"
     return {**files, **own, TABLE: component_table(component, token), UNIT: unit}
+
+
+def library_sources(sources: Mapping[str, str], fmi: int) -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
+    """The same in three parts, each compiled by itself: kernels.c, component.c with the table, and layer.c with all that is the
+    same for all components."""
+    layer = [file.name for file in layer_sources(fmi)]
+    headers = [file.name for file in layer_headers(fmi)]
+    parts = (("kernels.c", "record.h", "kernel.h"), (TABLE, "record.h", *headers), (*layer, *headers))
+    kernels, table, shared = ({name: sources[name] for name in names} for names in parts)
+    return kernels, table, {**shared, LAYER: f"#define LAYER_UNIT\n\n{_including(*layer)}"}
+
+
+def _including(*names: str) -> str:
+    return "".join(f'#include "{name}"\n' for name in names)
 
 
 def sources_folder(component: type[Component], fmi: int, files: Mapping[str, str]) -> dict[str, bytes]:

@@ -31,11 +31,14 @@ def component_table(component: type[Component], token: str) -> str:
     slopes = {v.slope for v in variables if v.slope}
     visible = [index[v.name] for v in visible_variables(component)]
     offsets = {v.name: f"(int)offsetof(Record, {field_name(v.name)})" for v in variables}
+    inputs = {i for i, v in enumerate(variables) if v.causality == "input"}
+    free = {i for i in inputs if variables[i].kind is float and variables[i].min is None and variables[i].max is None}
+    free_inputs = _scalars(variables, sorted(free), offsets)
     results = _scalars(variables, _real(variables, "output", "local"), offsets)
     calculated = _scalars(variables, _real(variables, "calculatedParameter"), offsets)
     arrays = {
         "variables": ("Variable", [_variable(v, index, offsets, v.name in slopes) for v in variables]),
-        "inputs": ("uint16_t", [str(i) for i, v in enumerate(variables) if v.causality == "input"]),
+        "inputs": ("Scalar", [*free_inputs, *_scalars(variables, sorted(inputs - free), offsets)]),
         "results": ("Scalar", [*results, *calculated]),
         "visible": ("uint16_t", [str(i) for i in visible]),
         "scalars": ("Scalar", _scalars(variables, visible, offsets)),
@@ -48,6 +51,7 @@ def component_table(component: type[Component], token: str) -> str:
         offsets["left_limits"], *announced, str(int(component.sampled)), str(int(component.continuous_states is not None)),
     ]  # fmt: skip
     counts = {name: str(len(rows)) for name, (_, rows) in arrays.items()}
+    counts["inputs"] += f", {len(free_inputs)}"
     counts["results"] = f"{len(results)}, {len(calculated)}"
     fields += [f"{counts[name]}, {name}" for name in arrays]
     return "\n".join([
@@ -55,7 +59,7 @@ def component_table(component: type[Component], token: str) -> str:
         '#include "record.h"',
         *_item_tables(variables),
         *[_array(kind, name, rows) for name, (kind, rows) in arrays.items()],
-        "INTERNAL const Component component = {" + ",\n    ".join([*fields, "kernel_start", "kernel_step"]) + "};",
+        "INTERNAL const Component component = {" + ",\n    ".join(fields) + "};",
         "",
     ])  # fmt: skip
 

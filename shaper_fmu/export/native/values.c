@@ -90,12 +90,16 @@ int check_element(Instance *instance, const Variable *v, int element, double val
     return out_of_bound(instance, v, label, value, "at most", v->max, t), 0;
 }
 
+/* Whether all of these are finite; 0 * x is 0 for such x alone, and a sum needs no branches. */
+static int are_finite(const unsigned char *record, const Scalar *scalar, int scalars) {
+    double sum = 0.0;
+    for (int k = 0; k < scalars; k++) sum += 0.0 * *(const double *)(record + scalar[k].offset);
+    return sum == 0.0;
+}
+
 static Status check_variable(Instance *instance, const Variable *v, const double *t) {
-    for (int i = 0; i < length(v); i++) {
-        double value = number(instance->record, v, i);
-        if (v->kind == REAL && !v->lower && !v->upper && isfinite(value)) continue;
-        if (!check_element(instance, v, i, value, t)) return ERROR;
-    }
+    for (int i = 0; i < length(v); i++)
+        if (!check_element(instance, v, i, number(instance->record, v, i), t)) return ERROR;
     return OK;
 }
 
@@ -117,43 +121,45 @@ Status check_parameters(Instance *instance) {
     return OK;
 }
 
-/* Check the inputs that act from t on. */
-Status check_inputs(Instance *instance, double t) {
-    for (int k = 0; k < component.inputs; k++)
-        if (check_variable(instance, &component.variable[component.input[k]], &t)) return ERROR;
+static OUT_OF_LINE Status check_each_input(Instance *instance, double t) {
+    for (int k = 0; k < component.inputs; k++) {
+        const Variable *v = &component.variable[component.input[k].variable];
+        int element = component.input[k].element;
+        if (!check_element(instance, v, element, number(instance->record, v, element), &t)) return ERROR;
+    }
     return OK;
 }
 
-/* Whether all of the first results in the list are finite; 0 * x is 0 for these x alone, and a sum needs no branches. */
-static int all_finite(const unsigned char *record, int results) {
-    double sum = 0.0;
-    for (int k = 0; k < results; k++) sum += 0.0 * *(const double *)(record + component.result[k].offset);
-    return sum == 0.0;
+/* Check the inputs that act from t on. */
+Status check_inputs(Instance *instance, double t) {
+    int right = component.free_inputs == component.inputs && are_finite(instance->record, component.input, component.inputs);
+    return right ? OK : check_each_input(instance, t);
 }
 
-/* Results must be finite: those of a step, or with the calculated parameters after them in the list. */
-Status check_results(Instance *instance, const unsigned char *record, double t, int with_calculated) {
-    int results = component.results + (with_calculated ? component.calculated : 0);
-    if (all_finite(record, results)) return OK;
+static COLD void refuse_results(Instance *instance, const unsigned char *record, double t, int results) {
     for (int k = 0; k < results; k++) {
         const Scalar *s = &component.result[k];
         double value = *(const double *)(record + s->offset);
         if (isfinite(value)) continue;
         char label[128];
         put_label(label, sizeof label, &component.variable[s->variable], s->element);
-        return refuse(instance, ERROR, "%s: %s became %s at t = %.15g s", component.name, label,
-                      isnan(value) ? "nan" : value > 0 ? "inf" : "-inf", t);
+        refuse(instance, ERROR, "%s: %s became %s at t = %.15g s", component.name, label,
+               isnan(value) ? "nan" : value > 0 ? "inf" : "-inf", t);
+        return;
     }
-    return OK;
 }
 
-/* Whether an element may be set to a value now. */
-Status settable(Instance *instance, const Variable *v, int element, double value) {
+/* Results must be finite: those of a step, or with the calculated parameters after them in the list. */
+Status check_results(Instance *instance, const unsigned char *record, double t, int with_calculated) {
+    int results = component.results + (with_calculated ? component.calculated : 0);
+    if (are_finite(record, component.result, results)) return OK;
+    refuse_results(instance, record, t, results);
+    return ERROR;
+}
+
+static OUT_OF_LINE Status check_settable(Instance *instance, const Variable *v, int element, double value) {
     char label[128];
-    if (v->causality == INPUT) {
-        if (v->kind == BOOLEAN || v->kind == REAL) return OK; /* checked when it is used */
-        return check_element(instance, v, element, value, 0) ? OK : ERROR;
-    }
+    if (v->causality == INPUT) return check_element(instance, v, element, value, 0) ? OK : ERROR;
     if (v->causality == PARAMETER) {
         if (v->kind != REAL && fabs(value) > INT_MAX) return check_element(instance, v, element, value, 0) ? OK : ERROR;
         if (instance->phase & (INSTANTIATED | INITIALIZING)) return OK;
@@ -166,6 +172,12 @@ Status settable(Instance *instance, const Variable *v, int element, double value
     put_label(label, sizeof label, v, element);
     return refuse(instance, ERROR, "%s: %s is %s %s and cannot be set", component.name, label, v->causality == OUTPUT ? "an" : "a",
                   CAUSALITIES[v->causality]);
+}
+
+/* Whether an element may be set to a value now; most inputs are checked when they are used. */
+Status settable(Instance *instance, const Variable *v, int element, double value) {
+    if (v->causality == INPUT && (v->kind == BOOLEAN || v->kind == REAL)) return OK;
+    return check_settable(instance, v, element, value);
 }
 
 /* Time derivative of a variable, of this order, by the declared chain of derivatives. */
