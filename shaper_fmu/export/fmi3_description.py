@@ -26,7 +26,7 @@ _CO_SIMULATION = {
 def fmi3_native_description(component: type[Component], token: str, generator: str) -> bytes:
     """modelDescription.xml of a native FMU: co-simulation, and model exchange if the component declares its states.
 
-    Value references count the visible variables in the order of their declaration; the time comes last. Raises BuildError
+    Value references count the visible variables from 1, in the order of their declaration; the time comes last. Raises BuildError
     if the declared states, derivatives or dependencies do not fit together.
     """
     states = structure.continuous_states(component)
@@ -41,7 +41,8 @@ def fmi3_native_description(component: type[Component], token: str, generator: s
     _add_types(root, component)
     parts.add_log_categories(root, "fmi3", events=True)
     parts.add_default_experiment(root, component)
-    references = {v.name: i for i, v in enumerate(structure.visible_variables(component))}
+    # as the places of the variables, from 1 on: OMSimulator takes dependencies for places
+    references = {v.name: i for i, v in enumerate(structure.visible_variables(component), 1)}
     _add_variables(root, component, references, {rate.name: state.name for state, rate in states})
     _add_structure(root, component, references, states)
     parts.add_annotation(root, "Annotations", "Annotation", "type")
@@ -86,7 +87,7 @@ def _add_variables(root: etree._Element, component: type[Component], references:
     while name in references:  # a component may call a variable of its own so
         name += "_"
     etree.SubElement(parent, "Float64", {
-        "name": name, "valueReference": str(len(references)), "description": "simulation time",
+        "name": name, "valueReference": str(len(references) + 1), "description": "simulation time",
         "causality": "independent", "variability": "continuous", "unit": "s",
     })  # fmt: skip
 
@@ -98,7 +99,7 @@ def _add_structure(
     element = etree.SubElement(root, "ModelStructure")
     names = tuple(state.name for state, _ in states)
     parameters = structure.names_of(component, "parameter")
-    time = [len(references)] if structure.reads_time(component) else []
+    time = [len(references) + 1] if structure.reads_time(component) else []
 
     def add(title: str, variable: Variable[Any], known: Iterable[str], more: list[int]) -> None:
         listed = sorted([*{references[name] for name in known}, *more])

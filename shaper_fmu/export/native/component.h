@@ -100,7 +100,7 @@ typedef struct {
     int results;    /* real outputs and locals, element by element */
     int calculated; /* real calculated parameters, which follow them */
     const Scalar *result;
-    int visible; /* FMI 3 value references: index into visible_variable; `visible` itself is the time */
+    int visible; /* FMI 3 value references: index from 1 into visible_variable; `visible` itself is the time */
     const uint16_t *visible_variable;
     int scalars; /* FMI 2 value references: index into scalar */
     const Scalar *scalar;

@@ -98,7 +98,7 @@ fmi3Status fmi3Reset(fmi3Instance instance) {
 
 /* The variable of a value reference, if it is of one of these kinds; else null, and says so. */
 const Variable *find_variable(Instance *self, fmi3ValueReference vr, int kinds, const char *type) {
-    if (vr >= (unsigned)component.visible) {
+    if (!vr || vr >= (unsigned)component.visible) {
         refuse(self, ERROR, "%s: there is no variable of type %s with the value reference %u", component.name, type, (unsigned)vr);
         return 0;
     }

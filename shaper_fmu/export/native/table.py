@@ -40,7 +40,7 @@ def component_table(component: type[Component], token: str) -> str:
         "variables": ("Variable", [_variable(v, index, offsets, v.name in slopes) for v in variables]),
         "inputs": ("Scalar", [*free_inputs, *_scalars(variables, sorted(inputs - free), offsets)]),
         "results": ("Scalar", [*results, *calculated]),
-        "visible": ("uint16_t", [str(i) for i in visible]),
+        "visible": ("uint16_t", ["0", *map(str, visible)]),  # FMI 3.0: no value reference is 0
         "scalars": ("Scalar", _scalars(variables, visible, offsets)),
         "states": ("Scalar", _scalars(variables, [index[name] for name in component.continuous_states or ()], offsets)),
         "messages": ("NumberedText", [f"{{{status}, {_text(text)}}}" for status, text in sorted(component.messages.items())]),
