@@ -13,13 +13,17 @@
 #ifdef __GNUC__
 #define COLD __attribute__((cold))
 #define OUT_OF_LINE __attribute__((noinline))
-#define IN_LINE inline __attribute__((always_inline))
 #define LIKE_PRINTF __attribute__((format(printf, 3, 4)))
 #else
 #define COLD
 #define OUT_OF_LINE
-#define IN_LINE inline
 #define LIKE_PRINTF
+#endif
+
+#if defined(__GNUC__) && !defined(__OPTIMIZE_SIZE__)
+#define IN_LINE inline __attribute__((always_inline))
+#else
+#define IN_LINE inline
 #endif
 
 /* In an FMU all but the kernels is one unit, fmu.c, and offers FMI's functions alone: several FMUs can be linked together. For the
