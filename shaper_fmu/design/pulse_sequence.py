@@ -6,6 +6,7 @@ import cmath
 import math
 from dataclasses import dataclass
 
+from shaper_fmu.analysis.deflection import peak_deflection
 from shaper_fmu.analysis.vibration import relative_residual
 from shaper_fmu.errors import ArgumentError
 
@@ -72,6 +73,11 @@ class PulseSequence:
     def relative_residual(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
         """|S|/L = V exp(zeta w tau): the residual envelope over that of a step at time 0, both at the same instant."""
         return relative_residual(self, natural_frequency, damping_ratio)
+
+    def peak_deflection(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
+        """The mode's largest deflection at any time, during the command or after it, over the static one at the final level."""
+        _pole(natural_frequency, damping_ratio)
+        return peak_deflection(self.switch_times, self.levels, natural_frequency, damping_ratio) / abs(self.levels[-1])
 
 
 def _pole(natural_frequency: float, damping_ratio: float) -> complex:

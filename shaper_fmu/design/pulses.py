@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import Any, Literal
 
@@ -16,6 +17,10 @@ from shaper_fmu.pulses.residual import switch_residual
 from shaper_fmu.pulses.zv_carrier import half_damped_period
 
 MOST_SWITCHES = 100_000
+_ROUNDING = 1e-12
+_LONGEST = 4.0
+"""Damped periods up to which the shortest duration within a limit of the deflection is looked for, and in how many steps."""
+_DURATIONS = 800
 OPTIONS: dict[str, Variable[Any]] = dict(FURTHER_PARAMETERS)
 """The designs' own parameters, by name."""
 
@@ -28,20 +33,26 @@ def pulses(
     duration: float | None = None,
     frequency_ratio: float = 13.0,
     minimum_pulse_width: float = 0.0,
+    deflection_limit: float | None = None,
     **parameters: float,
 ) -> PulseSequence:
     """The on/off command of a design of PulseTrain, such as "minimax", for a mode of natural_frequency [rad/s].
 
     Args:
-        duration: travel time [s], where the design leaves it open.
+        duration: travel time [s], where the design leaves it open; with a deflection_limit the shortest one by default.
         frequency_ratio: frequency of the carrier over the damped one, where there is a carrier.
         minimum_pulse_width: pulses and gaps shorter than this [s] are left out.
+        deflection_limit: the mode's deflection, during the command and after it, over the static one with the command on, is
+            never larger; 1 or more.
         parameters: those that the designs declare.
 
     Raises ArgumentError for values outside their domains, NoSolutionError where there is no such command.
     """
     if kind not in PULSES:
         raise ArgumentError(f"there is no pulse design {kind!r}.{nearest(kind, PULSES)}")
+    if deflection_limit is not None:
+        options = {"frequency_ratio": frequency_ratio, "minimum_pulse_width": minimum_pulse_width, **parameters}
+        return _within(deflection_limit, kind, natural_frequency, damping_ratio, duration, options)
     if duration is None and PULSES[kind].timed:
         raise ArgumentError(f"{kind} needs a duration")
     given = {"frequency_ratio": frequency_ratio} if duration is None else {"duration": duration, "frequency_ratio": frequency_ratio}
@@ -69,6 +80,26 @@ def pulses(
     if not PULSES[kind].keeps_width:
         count = enforce_minimum_width(m.switch_time, count, minimum_pulse_width)
     return _on_off(m.switch_time[:count], m.travel_time, m.certificate_left)
+
+
+def _within(
+    limit: float, kind: str, natural_frequency: float, damping_ratio: float, duration: float | None, options: dict[str, float]
+) -> PulseSequence:
+    """The command, if it keeps the deflection's limit; without a duration the shortest one on a grid that does."""
+    if not 1.0 <= limit < math.inf:
+        raise ArgumentError(f"deflection_limit = {limit:g}: with the command on, the static deflection is 1, so give 1 or more")
+    if duration is not None or not PULSES[kind].timed:
+        command = pulses(kind, natural_frequency, damping_ratio, duration=duration, **options)
+        peak = command.peak_deflection(natural_frequency, damping_ratio)
+        if peak > limit + _ROUNDING:
+            raise NoSolutionError(f"the mode is deflected by {peak:.6g} of its static deflection, the limit is {limit:g}")
+        return command
+    _check(natural_frequency, damping_ratio)
+    period = 2.0 * half_damped_period(natural_frequency, damping_ratio)
+    for k in range(1, _DURATIONS + 1):
+        with contextlib.suppress(NoSolutionError):
+            return _within(limit, kind, natural_frequency, damping_ratio, k * _LONGEST * period / _DURATIONS, options)
+    raise NoSolutionError(f"no {kind} command within {_LONGEST:g} damped periods keeps to a deflection of {limit:g}")
 
 
 def carrier_pulses(
