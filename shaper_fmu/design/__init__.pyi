@@ -35,4 +35,6 @@ from shaper_fmu.design.smoothers import SmoothKernel as SmoothKernel
 from shaper_fmu.design.smoothers import smoother as smoother
 from shaper_fmu.design.specified_bands import Band as Band
 from shaper_fmu.design.specified_bands import specified_insensitivity as specified_insensitivity
+from shaper_fmu.design.swinging_start import StartImpulses as StartImpulses
+from shaper_fmu.design.swinging_start import impulses_from_swing as impulses_from_swing
 from shaper_fmu.design.two_mode import direct_two_mode as direct_two_mode
