@@ -112,6 +112,14 @@ def tune(
     command: Annotated[
         str, typer.Option(help="For a measured response the column of a command that excites throughout, such as a swept sine.")
     ] = "",
+    also: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--also",
+            help="A further recording of the machine; repeatable: the shaper is for the modes of all of them.",
+            callback=input_file(*_TABLES),
+        ),
+    ] = None,
     time_unit: Annotated[
         str | None, typer.Option(help="Unit of a measured response's time column. Default: from its header, or s.")
     ] = None,
@@ -137,6 +145,7 @@ def tune(
         shaper-fmu tune loop.ssp --input controller.reference --output chain.position_3 --max-delay 2
         shaper-fmu tune ringing.csv --input force --output position
         shaper-fmu tune sweep.csv --command current --output acceleration
+        shaper-fmu tune left.csv --also right.csv --also middle.csv
         shaper-fmu tune ringing.csv --output position --for klipper --axis y
     """
     from shaper_fmu.report.tune.outputs import is_plain, left_over, write_tuning
@@ -173,6 +182,7 @@ def tune(
             excitation_end=excitation_end,
             time_unit=time_unit,
             command=command or None,
+            also=also or (),
         )
     else:
         found = _of_plant(plant, input_, outputs, requirements, spread, start_values, amplitude=amplitude, duration=duration)
