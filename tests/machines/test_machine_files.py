@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import typed
 
 from shaper_fmu.machines import machine_settings
 from shaper_fmu.machines.names import MACHINES
 from shaper_fmu.tune import ModeBox, Requirements, choose
-from tests.support.command_line import typed
 
 W, ZETA = 251.0, 0.05
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from fmpy import extract, read_model_description
 from fmpy.simulation import instantiate_fmu
+from structured_text import FunctionBlock
 
 from shaper_fmu.design import specified_insensitivity
 from shaper_fmu.design.shapers import shaper
@@ -15,7 +16,6 @@ from shaper_fmu.export.build import fmu_path
 from shaper_fmu.export.start_values import with_start_values
 from shaper_fmu.machines.structured_text import structured_text
 from shaper_fmu.registry import find_component
-from tests.support.structured_text import FunctionBlock
 
 SEQUENCES = {
     "zv": shaper("zv", 9.3, 0.03),
