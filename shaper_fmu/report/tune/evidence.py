@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from shaper_fmu.analysis.identification import Identification
 from shaper_fmu.page.blocks import Block, Table, Text
 from shaper_fmu.page.figures import Figure, Line, label
 from shaper_fmu.report.sweep.curves import thinned
+from shaper_fmu.tune.identify.measured import MeasuredIdentification
 from shaper_fmu.tune.tuning import Tuning
 
 MOST_OUTPUTS = 12
@@ -175,6 +177,22 @@ def shown_frequencies(modes: list[float], highest: float, duration: float) -> tu
     least = min(modes) / _SPREAD**0.5
     logarithmic = max(modes) > _SPREAD * min(modes)
     return (max(least, min(_RESOLVED / duration, 0.7 * min(modes))) if logarithmic else 0.0), min(highest, _BEYOND * max(modes))
+
+
+def recording_blocks(measured: MeasuredIdentification | None, shown: Sequence[str]) -> list[Block]:
+    """A recording of which a part was cut out, with the place where that begins."""
+    if measured is None or measured.recording is None:
+        return []
+    time, values = measured.recording
+    begin, end = float(measured.time[0]), float(measured.time[-1])
+    text = f"Of the recording from {time[0]:.5g} to {time[-1]:.5g} s the part from {begin:.5g} to {end:.5g} s was taken as free."
+    blocks: list[Block] = [Text(text)]
+    for number, output in enumerate(shown, 1):
+        j = measured.outputs.index(output)
+        line = Line(output, *thinned(time, values[:, j]))
+        title, y_label = f"The whole recording of {output}", label(output, measured.units[j])
+        blocks.append(Figure(f"recording_{number}", title, "time [s]", y_label, [line], marks=[(begin, "free from here on")]))
+    return blocks
 
 
 def ring_down_blocks(found: Evidence) -> list[Block]:

@@ -9,7 +9,7 @@ from shaper_fmu.analysis.identification import CONTRADICTING
 from shaper_fmu.page.blocks import Block, Heading, Table, Text
 from shaper_fmu.report.modes import impulses_table
 from shaper_fmu.report.tune.choice import alternative_blocks, sensitivity_blocks, trade_off_blocks
-from shaper_fmu.report.tune.evidence import Evidence, evidence, ring_down_blocks, spectrum_blocks
+from shaper_fmu.report.tune.evidence import Evidence, evidence, recording_blocks, ring_down_blocks, spectrum_blocks
 from shaper_fmu.report.tune.modes import mode_blocks, percent
 from shaper_fmu.report.tune.plant import response_blocks, verification_blocks
 from shaper_fmu.tune.choice.result import Choice
@@ -40,7 +40,7 @@ def tuning_blocks(tuning: Tuning) -> list[Block]:
         "Recommendation": recommendation_blocks(tuning),
         "Modes": mode_blocks(tuning, found),
         "Spectrum": [*_fewer(tuning, found), *spectrum_blocks(found)],
-        "Ring-down and fit": ring_down_blocks(found),
+        "Ring-down and fit": [*recording_blocks(tuning.measured, found.shown), *ring_down_blocks(found)],
     }
     if choice is not None:
         sections["Sensitivity"] = sensitivity_blocks(choice)

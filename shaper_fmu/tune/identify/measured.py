@@ -64,6 +64,8 @@ class MeasuredIdentification:
         excitation_end: after which the response is free [s], on the file's clock.
         findings: what the user should know, of the table and of the identification.
         forced: what is known of the command; None for a free response.
+        recording: all times [s] and values of the outputs, shapes (n,) and (n, m), of which `response` was cut out; None if nothing
+            was cut.
     """
 
     identification: Identification
@@ -74,6 +76,7 @@ class MeasuredIdentification:
     excitation_end: float
     findings: tuple[Finding, ...]
     forced: Forced | None = None
+    recording: tuple[np.ndarray, np.ndarray] | None = None
 
 
 def identify_measured(
@@ -145,9 +148,9 @@ def identify_measured(
     findings += [*found.findings, *lines]
     if first is not None or not start:
         findings += _unconfirmed(response, smallest_share, end, given=first is not None)
-    return MeasuredIdentification(
-        found, grid, uniform, tuple(names), tuple(known.get(name, "") for name in names), end, tuple(findings)
-    )
+    cut_out = (t, values) if grid[0] > t[0] + step else None
+    units_of = tuple(known.get(name, "") for name in names)
+    return MeasuredIdentification(found, grid, uniform, tuple(names), units_of, end, tuple(findings), None, cut_out)
 
 
 def _of_command(
