@@ -52,7 +52,9 @@ class OperatorPanel(Component):
             else:
                 self.next_event_time = self.press_time[i]
                 break
-        self.stop = self.stop_time <= reached < self.release_time
+        self.stop = False
+        if self.stop_time <= reached < self.release_time:
+            self.stop = True
         for due in (self.stop_time, self.release_time):
             if due > reached:
                 self.next_event_time = min(self.next_event_time, due)

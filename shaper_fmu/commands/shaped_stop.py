@@ -229,8 +229,9 @@ def enter(m: ShapedStop, x: float, y: float) -> None:
 def look(m: ShapedStop, now: float, tolerance: float) -> None:
     """The outputs at a time of the present plan."""
     m.next_event_time = NO_EVENT
-    m.settled = m.planned == 0 or now >= m.rest_time - tolerance
-    if m.settled:
+    m.settled = False
+    if m.planned == 0 or now >= m.rest_time - tolerance:
+        m.settled = True
         m.speed = m.planned_target
         m.acceleration = 0.0
         m.model_angle = 0.0

@@ -76,7 +76,7 @@ def test_declared_dependencies_are_true(name):
         for change in (0.0, 0.125):
             instance = component()
             instance.initialize(0.0)
-            value = source.starts[0] + change
+            value = source.starts[0] + change if source.kind is float else source.kind(change)
             setattr(instance, source.name, value if source.size is None else [value] * source.size)
             instance.do_step(0.0, 0.0)
             values.append({v.name: getattr(instance, v.name) for v in component.variables.values() if v.causality == "output"})

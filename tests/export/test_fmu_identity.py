@@ -80,11 +80,12 @@ for name, value in parameters.items():
 slave.setupExperiment()
 slave.enterInitializationMode()
 slave.exitInitializationMode()
-inputs = [v.valueReference for v in variables.values() if v.causality == "input"]
+inputs = [v for v in variables.values() if v.causality == "input"]
 outputs = [v for v in variables.values() if v.causality == "output"]
 rows = []
 for i, values in enumerate(stimuli):
-    slave.setReal(inputs, values)
+    for v, value in zip(inputs, values):
+        (slave.setReal if v.type == "Real" else slave.setBoolean)([v.valueReference], [value])
     slave.doStep(i * step, step)
     rows.append([float((slave.getReal if v.type == "Real" else slave.getBoolean)([v.valueReference])[0]).hex() for v in outputs])
 slave.terminate()

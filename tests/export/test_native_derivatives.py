@@ -196,7 +196,7 @@ def test_the_derivative_of_a_move_with_respect_to_the_time_is_its_velocity():
     assert found[0] == pytest.approx(velocity, rel=1e-8)
 
 
-JUMPING = {("LimitedShaper", "acceleration")}
+JUMPING = {("LimitedShaper", "acceleration"), ("ShapedStop", "acceleration"), ("ShapedStop", "rest_time")}
 """Outputs that jump with an input, so that they have no derivative there, besides the times of events."""
 
 

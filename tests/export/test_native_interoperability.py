@@ -57,14 +57,14 @@ def _installed(name: str) -> bool:
     return importlib.util.find_spec(name) is not None
 
 
-def inputs(component: type[Component], driven: bool, fmi: int) -> dict[str, float]:
-    """A constant for each input, all different and small, so that a controller works within its limits; or none.
+def inputs(component: type[Component], driven: bool, fmi: int) -> dict[str, float | bool]:
+    """A constant for each input, all different and small, so that a controller works within its limits, or True; or none.
 
     Elements of arrays in FMI 2.0 alone: these masters do not set arrays of FMI 3.0.
     """
     found = [v for v in component.variables.values() if v.causality == "input" and (v.size is None or fmi == 2)]
-    names = [label for v in found for label in v.scalar_names]
-    return {name: 0.1 / (1 + place) for place, name in enumerate(names)} if driven else {}
+    kinds = [(label, v.kind) for v in found for label in v.scalar_names]
+    return {name: 0.1 / (1 + place) if kind is float else True for place, (name, kind) in enumerate(kinds)} if driven else {}
 
 
 def start_values(component: type[Component], fmi: int) -> dict[str, float | int]:

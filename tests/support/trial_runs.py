@@ -25,10 +25,9 @@ CHOSEN: dict[str, dict[str, Any]] = {
     "OverheadCrane": {"initial_rope_length": 3.3, "damping_ratio": 0.02},
     "DoublePendulumCrane": {"initial_rope_length": 3.3, "sling_length": 1.2, "load_mass": 310.0, "damping_ratio": 0.02},
     "OperatorPanel": {
-        "presses": 2,
-        "press_time[1]": 0.5,
-        "press_time[2]": 2.0,
-        "press_speed[2]": 0.3,
+        "presses": 12,
+        **{f"press_time[{i + 1}]": 0.31 * i + 0.1 for i in range(12)},
+        **{f"press_speed[{i + 1}]": 0.7 - 0.1 * i for i in range(12)},
         "stop_time": 3.0,
         "release_time": 3.5,
     },
