@@ -25,7 +25,7 @@ class OperatorPanel(Component):
 
     presses: Variable[int] = Parameter(1, "", "how often a button is pressed or released", min=0, max=PRESSES)
     press_time: Variable[list[float]] = Parameter(
-        [1.0 + i for i in range(PRESSES)], "s", "time at which each speed is commanded", size=PRESSES
+        [0.5 + 0.5 * i for i in range(PRESSES)], "s", "time at which each speed is commanded", size=PRESSES
     )
     press_speed: Variable[list[float]] = Parameter(
         [1.0] + [0.0] * (PRESSES - 1), "m/s", "speed that is commanded from then on", size=PRESSES

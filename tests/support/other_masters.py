@@ -206,7 +206,7 @@ def run_ecos_program(program: Path, job: Job, folder: Path) -> tuple[list[dict[s
     options.append("--csvConfig=columns.xml")
     if job.drive:
         values = "".join(
-            f'<ecos:variable id="{INSTANCE}::{name}"><ecos:real value="{value!r}"/></ecos:variable>'
+            f'<ecos:variable id="{INSTANCE}::{name}"><ecos:{kind_of(value)} value="{str(value).lower()}"/></ecos:variable>'
             for name, value in job.drive.items()
         )
         (folder / "inputs.xml").write_text(
