@@ -41,6 +41,7 @@ def tune_measured(
     The modes' shares are those of the response as it was excited; with a command's column those of the response to a step of it.
     """
     requirements = requirements or requirements_for({})
+    requirements.check_impulses_only()
     recordings = [identify_measured(one, outputs, **options) for one in (source, *also)]
     names = ["the table" if isinstance(one, Table) else Path(one).name for one in (source, *also)]
     measured, name = recordings[0], " and ".join(names)

@@ -61,6 +61,7 @@ def tune_plant(
     """
     spread = dict(spread or {})
     requirements = requirements or requirements_for(spread)
+    requirements.check_impulses_only()
     plant = Plant.of(source, input, outputs, start_values)
     if requirements.move is not None:
         order_of_input(plant, requirements.move)  # refuses what cannot follow a move

@@ -11,8 +11,11 @@ import pytest
 from tuned_plants import dense_maxima, random_plant, together
 
 from shaper_fmu import System, fmu_path
+from shaper_fmu.commands.smooth_shaper import SmoothShaper
 from shaper_fmu.design.shapers import shaper
+from shaper_fmu.design.smoothers import smoother
 from shaper_fmu.errors import ComponentError
+from shaper_fmu.kinds.smoothers import SMOOTHERS
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.candidates import Design
 from shaper_fmu.tune.choice.choice import Candidate, choose
@@ -20,6 +23,7 @@ from shaper_fmu.tune.choice.reasons import narrowed, rounded_up
 from shaper_fmu.tune.choice.requirements import NEGATIVE, POSITIVE, Move, Requirements
 from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.identify.range import Range
+from shaper_fmu.tune.tuning_measured import tune_measured
 
 W = 4.65
 
@@ -208,6 +212,46 @@ def test_start_values_make_the_input_shaper_this_shaper():
         passed = np.searchsorted(one.sequence.delays, results.time + 1e-9)
         assert results["shaper.shaped"] == pytest.approx(np.cumsum(one.sequence.amplitudes)[passed - 1], abs=1e-9)
         assert results["shaper.settled"][-1]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_smoothers_that_are_named_are_compared_and_the_shortest_that_fits_is_recommended(seed: int):
+    """Brute force: every smoother on every number of modes, V on a dense grid of the boxes, by impulses at a higher frequency."""
+    rng = np.random.default_rng(seed)
+    modes = [(float(w), float(z)) for w, z in zip(rng.uniform(2.0, 20.0, 3), rng.choice([0.0, 0.01, 0.1], 3), strict=True)]
+    boxes = [
+        ModeBox.around(w, z, float(rng.uniform(0.0, 0.15)), (float(rng.uniform(0.2, 1.0)),)) for w, z in modes[: rng.integers(1, 4)]
+    ]
+    requirements = Requirements(tolerance=float(rng.uniform(0.02, 0.3)), kinds=tuple(SMOOTHERS))
+    choice = choose(boxes, requirements, floor=False)
+    order = sorted(range(len(boxes)), key=lambda k: -boxes[k].amplitudes[0])
+    seen = []
+    for kind, count in itertools.product(SMOOTHERS, range(1, len(boxes) + 1)):
+        shaped = sorted(order[:count])
+        kernel = smoother(kind, [boxes[k].centre[0] for k in shaped], [boxes[k].centre[1] for k in shaped])
+        masses = kernel.as_impulses(3.0 * max(box.natural_frequency.high for box in boxes))
+        seen.append((kernel.duration, together(dense_maxima(masses.amplitudes, masses.delays, boxes), boxes)))
+    assert len(choice.candidates) >= len(set(seen)) >= len(boxes)
+    fitting = [t for t, v in [(0.0, 1.0), *seen] if v <= requirements.tolerance - 1e-5]
+    best = choice.recommended
+    assert (best is not None) >= bool(fitting)
+    if best is not None:
+        assert best.worst_case <= requirements.tolerance
+        assert best.delay <= min(fitting, default=math.inf) * (1.0 + 1e-9)
+        assert not [t for t, v in seen if t < best.delay * (1.0 - 1e-9) and v < best.worst_case - 1e-5]
+
+
+def test_a_smoothers_start_values_make_the_smooth_shaper_that_was_bounded():
+    boxes = [ModeBox.around(3.0, 0.02, 0.02, (1.0,)), ModeBox.around(8.0, 0.04, 0.02, (0.5,))]
+    best = choose(boxes, Requirements(kinds=("dzvd",)), floor=False).recommended
+    assert best is not None
+    assert best.design.smooth
+    component = SmoothShaper(**best.start_values())
+    component.initialize()
+    assert component.duration == pytest.approx(best.delay, rel=1e-14)
+    assert best.name == "DZVD on 3 rad/s"  # which lets nothing of the other mode through either
+    with pytest.raises(ComponentError, match="dzvd is no InputShaper"):
+        tune_measured("none.csv", requirements=Requirements(kinds=("dzvd",)))
 
 
 def test_start_values_of_too_many_custom_impulses_are_refused():

@@ -10,13 +10,16 @@ from typing import Any
 
 from shaper_fmu.design.impulse_sequence import ImpulseSequence, convolve_all
 from shaper_fmu.design.shapers import shaper
+from shaper_fmu.design.smoothers import smoother
 from shaper_fmu.design.two_mode import direct_two_mode
 from shaper_fmu.errors import ArgumentError, ComponentError
 from shaper_fmu.kinds.shapers import SHAPERS
+from shaper_fmu.kinds.smoothed_modes import MODES as SMOOTHED_MODES
+from shaper_fmu.kinds.smoothers import SMOOTHERS
 from shaper_fmu.tune.choice.bands import ROOM, specified
 from shaper_fmu.tune.choice.bounds import proven
 from shaper_fmu.tune.choice.boxes import ModeBox, shares
-from shaper_fmu.tune.choice.requirements import NEGATIVE, POSITIVE, Requirements
+from shaper_fmu.tune.choice.requirements import NEGATIVE, POSITIVE, SMOOTH, Requirements
 
 MOST_MODES = 4
 """Modes that are shaped, those with the largest shares: as many as an InputShaper has."""
@@ -33,6 +36,8 @@ def label_of(kind: str) -> str:
     """The usual name of a kind of shaper or profile."""
     if kind in SHAPERS:
         return SHAPERS[kind].label
+    if kind in SMOOTHERS:
+        return SMOOTHERS[kind].label
     return _OFFLINE_WORDS.get(kind) or kind.replace("_", " ")
 
 
@@ -87,14 +92,28 @@ class Design:
 
     @property
     def by_kind(self) -> bool:
-        """Whether an InputShaper designs it itself: one kind, mode by mode, with one tolerance."""
+        """Whether an InputShaper (or a SmoothShaper) designs it itself: one kind, mode by mode, with one tolerance."""
         kinds = {(factor.kind, factor.tolerance) for factor in self.factors}
-        return len(kinds) <= 1 and all(factor.kind in SHAPERS for factor in self.factors)
+        return len(kinds) <= 1 and (self.smooth or all(factor.kind in SHAPERS for factor in self.factors))
+
+    @property
+    def smooth(self) -> bool:
+        """Whether it is a smoother, which a SmoothShaper makes; `sequence` then has its V on the modes' ranges."""
+        return len(self.factors) == 1 and self.factors[0].kind in SMOOTHERS
 
     def start_values(self) -> dict[str, Any]:
-        """Start values of an InputShaper that make it this shaper. Raises ArgumentError for too many custom impulses."""
+        """Start values of an InputShaper, or of a SmoothShaper if it is `smooth`, that make it this shaper.
+
+        Raises ArgumentError for too many custom impulses.
+        """
         if not self.factors:
             return {"shaper": "none"}
+        if self.smooth:
+            one = self.factors[0]
+            return {
+                "smoother": one.kind, "modes": len(one.modes),
+                "natural_frequency": list(one.frequencies), "damping_ratio": list(one.dampings),
+            }  # fmt: skip
         if self.by_kind:
             first = self.factors[0]
             return {
@@ -209,6 +228,10 @@ def designs(boxes: Sequence[ModeBox], requirements: Requirements) -> Designs:
     if requirements.wants("si"):
         for count in range(1, len(order) + 1):
             _specified(found, boxes, tuple(sorted(order[:count])), requirements)
+    for kind in filter(requirements.wants, SMOOTH):
+        for way in ways:
+            for count in range(1, min(len(order), SMOOTHED_MODES) + 1):
+                _smooth(found, kind, boxes, way.places, tuple(sorted(order[:count])))
     for kind in ("direct_zv", "direct_zvd"):
         if requirements.wants(kind) and len(order) > 1:
             for places in dict.fromkeys(way.places for way in ways):
@@ -263,6 +286,18 @@ def _specified(found: Designs, boxes: Sequence[ModeBox], modes: tuple[int, ...],
     sequence = specified(boxes, modes, requirements, lambda make: found.attempt(name, make))
     if sequence is not None:
         _add(found, places, "si", modes, sequence)
+
+
+def _smooth(
+    found: Designs, kind: str, boxes: Sequence[ModeBox], places: Sequence[tuple[float, float]], modes: tuple[int, ...]
+) -> None:
+    """A smoother for these modes at once, as impulses of the same V on all modes' ranges."""
+    frequencies, dampings = zip(*(places[k] for k in modes), strict=True)
+    name = f"{label_of(kind)} on {' and '.join(f'{w:.4g}' for w in frequencies)} rad/s"
+    highest = max(box.natural_frequency.high for box in boxes)
+    sequence = found.attempt(name, lambda: smoother(kind, frequencies, dampings).as_impulses(highest))
+    if sequence is not None:
+        found.add((Factor(kind, modes, sequence, frequencies, dampings),))
 
 
 def _direct(found: Designs, kind: str, places: Sequence[tuple[float, float]], modes: tuple[int, ...]) -> None:

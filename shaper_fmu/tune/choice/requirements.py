@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from shaper_fmu.errors import ArgumentError, nearest
 from shaper_fmu.kinds.profiles import PROFILES as METHODS
 from shaper_fmu.kinds.shapers import SHAPERS
+from shaper_fmu.kinds.smoothers import SMOOTHERS
 from shaper_fmu.profiles.limits import NO_LIMIT
 
 NEGATIVE = tuple(name for name, method in SHAPERS.items() if method.negative)
@@ -17,7 +18,9 @@ OFFLINE = ("si", "direct_zv", "direct_zvd")
 PROFILES = tuple(name for name, method in METHODS.items() if method.span is None and method.tuned)
 FASTEST = "fastest"
 """The profile that is designed for all modes at once, with the proof that none is faster."""
-KNOWN = (*POSITIVE, *NEGATIVE, *OFFLINE, *PROFILES, FASTEST)
+SMOOTH = tuple(SMOOTHERS)
+"""Shapers without jumps, compared where they are named: of positive shapers, impulses are always the shortest."""
+KNOWN = (*POSITIVE, *NEGATIVE, *OFFLINE, *PROFILES, FASTEST, *SMOOTH)
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ class Requirements:
         longest_delay: how much later than the unshaped command the shaped one may end [s].
         frequency_margin, damping_margin: what is added to each mode's range on both sides, as a share of its ends: 0.1 for 10 %.
         allow_negative: whether impulses may be negative.
-        kinds: the shapers and profiles to choose from, names of `KNOWN`; None for all.
+        kinds: the shapers and profiles to choose from, names of `KNOWN`; None for all but `SMOOTH`.
         move: a move that the command makes; None for any command.
         nominal_tolerance: like `tolerance`, where each mode has its nominal natural frequency and damping ratio,
             0 < nominal_tolerance <= 1. 1 is no condition, and nor is anything from `tolerance` on.
@@ -94,4 +97,10 @@ class Requirements:
         """Whether this kind is to be considered."""
         if self.kinds is not None:
             return kind in self.kinds
-        return kind not in NEGATIVE or self.allow_negative
+        return (kind not in NEGATIVE or self.allow_negative) and kind not in SMOOTH
+
+    def check_impulses_only(self) -> None:
+        """Raise ArgumentError for smoothers, of which a tuned InputShaper is none."""
+        for kind in self.kinds or ():
+            if kind in SMOOTH:
+                raise ArgumentError(f"{kind} is no InputShaper, which tune makes; choose compares it, and SmoothShaper makes it")
