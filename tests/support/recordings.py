@@ -33,5 +33,5 @@ def swept(t: np.ndarray, low: float, high: float, method: str = "linear") -> np.
 def ringing(t: np.ndarray, modes: Sequence[tuple[float, float, float]], begin: float = 0.0) -> np.ndarray:
     """Sum of gain exp(-zeta w s) cos(w_d s), s = t - begin, 0 before."""
     s = np.maximum(0.0, t - begin)
-    values = sum(gain * np.exp(pole(hertz, zeta) * s).real for hertz, zeta, gain in modes)
+    values = sum(gain * np.real(np.exp(pole(hertz, zeta) * s)) for hertz, zeta, gain in modes)
     return np.where(t >= begin, values, 0.0)

@@ -70,8 +70,9 @@ def test_the_fastest_move_without_vibration_is_recommended_and_lies_on_the_floor
     assert best.delay < 0.75 * min(one.delay for one in choice.candidates if one is not best and one.worst_case <= 0.05)
     assert best.profile.peak_velocity <= 1.0 + 1e-9
     assert best.profile.peak_acceleration <= 3.0 + 1e-9
-    for zeta in np.linspace(*box.dampings, 3):
-        for w in np.linspace(*box.frequencies, 21):
+    (low, high), (light, heavy) = box.frequencies, box.dampings
+    for zeta in np.linspace(light, heavy, 3):
+        for w in np.linspace(low, high, 21):
             t = np.linspace(0.0, best.profile.duration, 20001)
             a = best.profile.acceleration(0.5 * (t[1:] + t[:-1]))
             pole = complex(-zeta * w, w * math.sqrt(1.0 - zeta * zeta))
