@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from shaper_fmu.analysis.identification import (
     Finding,
@@ -25,19 +24,16 @@ from shaper_fmu.analysis.identification.record import FEWEST_SAMPLES
 from shaper_fmu.analysis.identification.swept import find_sweep
 from shaper_fmu.errors import nearest
 from shaper_fmu.tune.identify.measured_clock import time_column
+from shaper_fmu.tune.identify.measured_grid import quantisation, uniform_samples
 from shaper_fmu.tune.identify.measured_lines import without_lines
 from shaper_fmu.tune.identify.measured_table import Table, read_table
 
-_UNIFORM = 1e-3
-_GAP = 4.0
 _CHANGES = 1e-6
 """Steps of an input above this share of its range are changes."""
 _MOSTLY = 0.5
 """Of the steps, at most, that are changes where an input is a command and no measurement."""
 _TAIL, _FEWEST = 20, 16
 _DEVIATION, _ALIKE = 6.0, 0.3
-_LEVELS = 0.5
-"""Different values over samples, up to which a sensor may give them in steps."""
 _LEFT = 0.95
 """Share of the record up to which a sweep may last, so that what is behind it is looked at."""
 _FREE = "the whole record is taken to be free: its modes are the same from its first sample on as from later beginnings"
@@ -129,10 +125,10 @@ def identify_measured(
     start: int | None = 0
     first, note = _beginning(t, table[input] if input else None, excitation_end)
     findings += [Finding("input_constant", note)] if note else []
-    grid, uniform, note = _uniform(t[first or 0 :], values[first or 0 :])
+    grid, uniform, note = uniform_samples(t[first or 0 :], values[first or 0 :])
     findings += [Finding("resampled", note)] if note else []
     step = float(grid[-1] - grid[0]) / (len(grid) - 1)
-    response = free_response(uniform, step, names, _quantisation(values))
+    response = free_response(uniform, step, names, quantisation(values))
     behind = _behind_sweep(response, grid, given=first is not None)
     if first is None:
         start = first_free(cut(response, behind), smallest_share)
@@ -158,9 +154,9 @@ def _of_command(
     findings: list[Finding],
 ) -> MeasuredIdentification:  # fmt: skip
     """The modes that a command excites."""
-    grid, uniform, note = _uniform(t, np.column_stack([values, command]))
+    grid, uniform, note = uniform_samples(t, np.column_stack([values, command]))
     findings += [Finding("resampled", note)] if note else []
-    response = free_response(uniform[:, :-1], float(grid[-1] - grid[0]) / (len(grid) - 1), labels[0], _quantisation(values))
+    response = free_response(uniform[:, :-1], float(grid[-1] - grid[0]) / (len(grid) - 1), labels[0], quantisation(values))
     if not np.isfinite(uniform[:, -1]).all():
         raise IdentificationError("the command's column has values that are not finite numbers")
     check_clipping(response)
@@ -269,42 +265,3 @@ def _unconfirmed(response: FreeResponse, smallest_share: float, end: float, *, g
         f"not free after {end:g} s, or its modes change as it decays{hint}"
     )
     return [Finding("not_free", text)]
-
-
-def _quantisation(values: np.ndarray) -> np.ndarray:
-    """Standard deviation of the rounding of values that a sensor gives in steps; 0 where they are not, shape (m,)."""
-    found = np.zeros(values.shape[1])
-    for j, column in enumerate(values.T):
-        levels = np.unique(column)
-        if 2 <= len(levels) <= _LEVELS * len(column):
-            step = float(np.diff(levels).min())
-            multiples = (levels - levels[0]) / step
-            if np.abs(multiples - np.round(multiples)).max() < 0.01:
-                found[j] = step / math.sqrt(12.0)
-    return found
-
-
-def _uniform(t: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, str]:
-    """The response at equal distances, and a note where it had to be interpolated. Raises IdentificationError for gaps."""
-    steps = np.diff(t)
-    usual = float(np.median(steps))
-    if steps.max() > _GAP * usual:
-        row = int(np.argmax(steps))
-        raise IdentificationError(
-            f"samples are missing: from {t[row]:g} s to {t[row + 1]:g} s there are none, otherwise every {usual:.3g} s; "
-            "use the part before or after"
-        )
-    even = np.linspace(t[0], t[-1], len(t))
-    if np.abs(t - even).max() <= _UNIFORM * usual or _is_rounded(t, even, usual):
-        return even, values, ""
-    grid = np.linspace(t[0], t[-1], max(2, round((t[-1] - t[0]) / usual) + 1))
-    note = (
-        f"samples are not at equal distances ({steps.min():.3g} s to {steps.max():.3g} s): they were interpolated by cubic "
-        "splines, so that uncertainties are approximate"
-    )
-    return grid, CubicSpline(t, values)(grid), note
-
-
-def _is_rounded(t: np.ndarray, even: np.ndarray, usual: float) -> bool:
-    """Whether times lie on an even grid but for their last written digit, which is much less than a step."""
-    return bool(np.abs(t - even).max() <= 0.02 * usual)
