@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import random
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -288,3 +290,22 @@ def test_a_long_ramp_begins_with_one():
     drive.step(drive["rest_time"])
     check_limits(drive, 0.1)
     assert swing_left(drive) < 1e-11
+
+
+@pytest.mark.parametrize("criterion", ["time", "braking", "travel"])
+def test_the_page_tells_times_and_travels_of_stops(criterion):
+    """The rows of the table in docs/commands.md, to the digits that it prints."""
+    page = (Path(__file__).parents[2] / "docs" / "commands.md").read_text(encoding="utf-8")
+    (row,) = re.findall(rf"^\|[^|]*`{criterion}`[^|]*\|(.* s, .* m .*)\|$", page, re.MULTILINE)
+    found = []
+    for speed, angle in [(1.0, 0.0), (0.3, 0.0), (1.0, 3.0), (1.0, -3.0)]:
+        drive = Drive(criterion=criterion, rope_length=8.0, initial_speed=speed, initial_angle=math.radians(angle), stop=True)
+        drive.step(drive["rest_time"])
+        place, now, farthest = 0.0, speed, 0.0
+        for time, level in drive.pieces:
+            place += time * (now + 0.5 * level * time)
+            now += time * level
+            farthest = max(farthest, place)
+        found.append((drive["rest_time"], farthest))
+    printed = [tuple(float(text.split()[0]) for text in cell.split(",")) for cell in row.split("|")]
+    assert np.array(found) == pytest.approx(np.array(printed), abs=0.0051)
