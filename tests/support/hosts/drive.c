@@ -9,7 +9,7 @@
      end              leave initialization
      step T H         bits of both
      get VR N         print the bits of a real variable
-     exchange N       print the derivatives of a new model exchange instance with N states, all 0.7
+     exchange N       print the derivatives of a new model exchange instance with N states, all 0.2
      free */
 
 #include "library.h"
@@ -47,7 +47,7 @@ static void set_whole(void *fmu, unsigned vr, char kind, int value) {
 
 static void derivatives(int n) {
     double x[64], dx[64];
-    for (int i = 0; i < 64; i++) x[i] = 0.7;
+    for (int i = 0; i < 64; i++) x[i] = 0.2;
     void *fmu = fmi == 2 ? GET(fmi2Instantiate)("me", fmi2ModelExchange, token, "", &CALLBACKS2, 0, 0)
                          : GET(fmi3InstantiateModelExchange)("me", token, "", 0, 0, 0, log3_message);
     if (!fmu) exit(3);
