@@ -42,6 +42,8 @@ _ASSUMED = (
     "from later times, but modes that have decayed by then are not seen. Give the end of the excitation (excitation_end, "
     "--excitation-end), or its column (input, --input)"
 )
+_MOST_FOR_HINT = 6
+"""Modes up to which a hint is looked for, at which time a response becomes free: with more it takes too long."""
 _UNKNOWN = (
     "it is unknown when the response becomes free: there is no time from which on its modes stay the same. Give the end of the "
     "excitation (excitation_end, --excitation-end), or its column (input, --input)"
@@ -258,7 +260,9 @@ def _unconfirmed(response: FreeResponse, smallest_share: float, end: float, *, g
     mode = looks.contradicted(0)
     if mode is None:
         return []
-    later = first_free(response, smallest_share, looks)
+    seen = looks.seen(0)
+    few = seen is not None and len(seen.modes) <= _MOST_FOR_HINT
+    later = first_free(response, smallest_share, looks) if few else None
     hint = f"; it seems to be free from {end + later * response.step:.4g} s on" if later else ""
     text = (
         f"the mode at {mode.natural_frequency:.4g} rad/s is not the same, or hardly known, where one begins later: the response is "
