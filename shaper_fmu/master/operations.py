@@ -304,7 +304,7 @@ class Operations:
         def place(variable: str) -> int:
             port = (name, variable)
             if port in held:
-                return self._places["held", *self._connections[port]]
+                return self._places["held", *port]
             if port in self._connections:
                 return self._places[self._connections[port]]
             if port in self._system.signals:

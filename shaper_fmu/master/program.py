@@ -76,7 +76,7 @@ class Program:
         monolithic = solving.coupling == "monolithic"
         self.linear_inputs: list[Port] = linear_inputs(instances, connections, monolithic) if linear else []
         for port in self.linear_inputs:
-            self._places[("held", *connections[port])] = len(self._places)
+            self._places[("held", *port)] = len(self._places)  # of each input its own, though several may have one source
         numbers = {name: i for i, name in enumerate(self.names)}
         self._writer = TransferWriter(instances, numbers, system.scalings, system.mappings, _items_of_inputs(system))
         self._linear = self._lay_out_linear_inputs()
@@ -191,7 +191,7 @@ class Program:
 
         def places(port: Port) -> tuple[int, int]:
             source = self.connections[port]
-            return self._places[source], self._places["held", *source]
+            return self._places[source], self._places["held", *port]
 
         def known(port: Port) -> bool:
             before = order.index(self.connections[port][0]) < order.index(port[0])

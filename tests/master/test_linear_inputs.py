@@ -124,6 +124,29 @@ def test_a_smooth_command_converges_with_order_two(algorithm):
     assert errors["linear"][-1] < 1e-5 < 1e-4 < errors["hold"][-1]
 
 
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "parallel"])
+@pytest.mark.parametrize("count", [2, 3, 7])
+def test_a_source_of_several_linear_inputs_gives_each_what_it_gives_one(algorithm, count):
+    """Each keeps the value at the beginning of the step for itself; places beyond the bus were written before, which ended the host."""
+    alone = commanded()
+    alone.add("listener", fmu_path("PositionController", platforms=["this"]), derivative_gain=2.0)
+    alone.connect("plant.velocity", "listener.velocity")
+    one = alone.simulate(0.9, 0.003, algorithm=algorithm, interpolation="linear")
+    system = commanded()
+    for i in range(count):
+        system.add(f"load{i}", fmu_path("MassSpringDamper", platforms=["this"]), stiffness=STIFFNESS, damping=DAMPING)
+        system.connect("gain.force", f"load{i}.force")
+    system.add("listener", fmu_path("PositionController", platforms=["this"]), derivative_gain=2.0)
+    system.connect("plant.velocity", "listener.velocity")
+    results = system.simulate(0.9, 0.003, algorithm=algorithm, interpolation="linear")
+    note = next(one for one in results.notes if one.startswith("linear over each step: "))
+    for i in range(count):
+        assert f"load{i}.force" in note
+        np.testing.assert_array_equal(results[f"load{i}.position"], results["plant.position"])
+    for name in ("plant.position", "listener.force"):
+        np.testing.assert_array_equal(results[name], one[name])
+
+
 @pytest.mark.parametrize(("algorithm", "interpolation", "order"), [
     ("jacobi", "hold", 1), ("gauss_seidel", "hold", 1), ("parallel", "hold", 1),
     ("jacobi", "linear", 2), ("gauss_seidel", "linear", 2), ("parallel", "linear", 2),
