@@ -24,8 +24,9 @@ def left(fmus, kind: str, damping_ratio: float, **further: float) -> float:
     system.add("profile", fmus / "MotionProfile.fmu", **start, **further)
     system.add("beam", fmus / "FlexibleBeam.fmu", modes=2, modal_damping=[damping_ratio, damping_ratio])
     system.connect("profile.acceleration", "beam.base_acceleration")
-    linear = {"algorithm": "gauss_seidel", "interpolation": "linear"}
-    run = system.simulate(MOVE + 0.05, MOVE / 4000, record=["beam.tip_deflection"], **linear)
+    run = system.simulate(
+        MOVE + 0.05, MOVE / 4000, record=["beam.tip_deflection"], algorithm="gauss_seidel", interpolation="linear"
+    )
     return float(np.abs(run["beam.tip_deflection"][run.time > MOVE + 1e-9]).max())
 
 

@@ -207,7 +207,7 @@ def run_ecos_program(program: Path, job: Job, folder: Path) -> tuple[list[dict[s
     if job.drive:
         values = "".join(
             f'<ecos:variable id="{INSTANCE}::{name}"><ecos:{kind_of(value)} value="{str(value).lower()}"/></ecos:variable>'
-            for name, value in job.drive.items()
+            for name, value in job.inputs(0).items()
         )
         (folder / "inputs.xml").write_text(
             f'<ecos:Scenario xmlns:ecos="{ECOS}/ScenarioConfig"><ecos:action t="0">{values}</ecos:action></ecos:Scenario>'
