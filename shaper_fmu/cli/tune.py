@@ -148,7 +148,7 @@ def tune(
         shaper-fmu tune left.csv --also right.csv --also middle.csv
         shaper-fmu tune ringing.csv --output position --for klipper --axis y
     """
-    from shaper_fmu.report.tune.outputs import is_plain, left_over, write_tuning
+    from shaper_fmu.report.tune.outputs import folder_for, is_plain, left_over, write_tuning
     from shaper_fmu.tune.tuning import requirements_for
 
     spread = {name: share(text, "--vary") for name, text in pairs(vary, "--vary", "mass=10%").items()}
@@ -187,6 +187,9 @@ def tune(
     else:
         found = _of_plant(plant, input_, outputs, requirements, spread, start_values, amplitude=amplitude, duration=duration)
     _print_result(found)
+    wanted_folder, target = target, folder_for(found, target)
+    if target != wanted_folder:
+        err.print(f"note: {shown(wanted_folder)} keeps its tuning: it is another plant's, or good, which this one is not")
     written = write_tuning(found, target, report=report, say=_say)
     for path in written:
         if path.suffix != ".png":

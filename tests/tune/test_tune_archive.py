@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -92,3 +94,24 @@ def test_without_a_compiler_the_plain_shaper_is_told(tmp_path, monkeypatch):
     assert line.endswith("InputShaper.fmu (plain: it needs the values in shaper.ssv)")
     assert "note: there is no compiler" in done.stderr
     assert "InputShaper.fmu is the plain one" in " ".join(done.stderr.split())
+
+
+def test_a_good_tuning_is_not_replaced_by_one_that_is_not_nor_by_that_of_another_plant(tmp_path):
+    spring_with_unit(tmp_path, "N")
+    fmu_path("MassSpringDamper", platforms=["this"])
+    call = ("tune", tmp_path / "Spring.fmu", "--input", "force", "--output", "position", "--no-report", "--output-folder", "out")
+    assert typed(*call, "--kind", "zvd", cwd=tmp_path).returncode == 0
+    first = (tmp_path / "out" / "tuning.json").read_bytes()
+    failed = typed(*call, "--kind", "zv", "--margin", "30%", cwd=tmp_path)
+    assert failed.returncode == 1
+    assert "note: out keeps its tuning" in failed.stderr
+    assert (tmp_path / "out" / "tuning.json").read_bytes() == first
+    assert not json.loads((tmp_path / "out_2" / "tuning.json").read_text())["good"]
+    again = typed(*call, "--kind", "zvd", "--nominal", "0.9%", cwd=tmp_path)
+    assert again.returncode == 0
+    assert "keeps" not in again.stderr
+    assert (tmp_path / "out" / "tuning.json").read_bytes() != first
+    other = shutil.copy(tmp_path / "Spring.fmu", tmp_path / "Other.fmu")
+    assert typed("tune", other, *call[2:], "--kind", "zvd", cwd=tmp_path).returncode == 0
+    assert json.loads((tmp_path / "out" / "tuning.json").read_text())["source"] == "Spring.fmu"
+    assert json.loads((tmp_path / "out_3" / "tuning.json").read_text())["source"] == "Other.fmu"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -54,6 +55,27 @@ def write_tuning(tuning: Tuning, folder: Path | str, *, report: bool = True, say
         say("writing the report")
         written += _write_report(tuning, folder)
     return written
+
+
+def folder_for(tuning: Tuning, folder: Path) -> Path:
+    """The folder, or a new one beside it where it has something that this tuning must not replace.
+
+    That is the tuning of another file or input, and a good one if this one is not.
+    """
+    found, number = folder, 1
+    while _keeps(found, tuning):
+        number += 1
+        found = folder.with_name(f"{folder.name}_{number}")
+    return found
+
+
+def _keeps(folder: Path, tuning: Tuning) -> bool:
+    try:
+        known = json.loads((folder / NUMBERS).read_bytes())
+        other = (known["source"], known["input"] or "") != (tuning.source, tuning.input)
+        return other or bool(known["good"] and not tuning.good)
+    except (OSError, ValueError, KeyError, TypeError):
+        return False  # there is none, or nothing that can be read
 
 
 def left_over(tuning: Tuning, folder: Path, written: Sequence[Path]) -> list[Path]:
