@@ -89,8 +89,16 @@ def impulses_from_swing(
         size = max(map(abs, found.sizes))
         least = min(least, size)
         if size <= largest and size < math.inf:
-            return found if i == 0 else _earliest(p, z, step, wait - period / _PER_PERIOD, wait, largest)
-    raise NoSolutionError(f"no two jumps of at most {largest:g} m/s do; with {least:.6g} m/s there are some")
+            if i == 0 or largest == math.inf:  # the shorter the wait, the larger the jumps, up to any size
+                return found
+            return _earliest(p, z, step, wait - period / _PER_PERIOD, wait, largest)
+    raise NoSolutionError(f"no two jumps of at most {largest:g} m/s do; with {_not_below(least)} m/s there are some")
+
+
+def _not_below(value: float) -> str:
+    """The value, rounded up to six digits or so, so that it is one that does."""
+    text = f"{value:.6g}"
+    return text if float(text) >= value else f"{value * (1.0 + 5e-6):.6g}"
 
 
 def _earliest(p: complex, z: complex, step: float, before: float, after: float, largest: float) -> StartImpulses:

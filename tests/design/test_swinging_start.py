@@ -79,3 +79,21 @@ def test_at_rest_there_is_nothing_to_do():
 def test_impossible_arguments_are_refused_by_name(arguments, word):
     with pytest.raises(ArgumentError, match=word):
         impulses_from_swing(**arguments)
+
+
+@pytest.mark.parametrize("deflection", [0.1, -0.1])
+def test_a_swing_that_no_jump_at_once_takes_away_is_taken_away_a_little_later(deflection):
+    """At its turn: two jumps that add up to nothing would have to be at the same time, and without end."""
+    found = impulses_from_swing(0.0, 5.0, deflection=deflection)
+    assert 0.0 < found.times[0] < found.times[1] < math.inf
+    assert max(map(abs, found.sizes)) < 100.0 * 5.0 * abs(deflection)
+    assert swing_by_scipy(found, 5.0, 0.0, deflection, 0.0) < 1e-9
+
+
+def test_the_size_that_is_named_is_large_enough():
+    """The least is 0.50032137..., which may not be rounded down."""
+    arguments = {"step": 1.0, "natural_frequency": 0.39395924947350747, "rate": -0.09804403532815224}
+    with pytest.raises(NoSolutionError, match=r"with [\d.]+ m/s") as refused:
+        impulses_from_swing(**arguments, largest=0.1)
+    named = float(str(refused.value).split(" with ")[1].split()[0])
+    assert max(impulses_from_swing(**arguments, largest=named).sizes) <= named
