@@ -16,6 +16,6 @@ def c_files(candidate: Candidate, head: list[str]) -> dict[str, str]:
     """A header, a source file, an example and kernel.h, by name."""
     component = with_start_values(find_component("InputShaper"), candidate.start_values(), NAME)
     texts = plain_c(component)
-    about = "/* " + "\n   ".join(line.replace("*/", "* /") for line in head) + " */\n\n"
+    about = "/* " + "\n   ".join(line.replace("/*", "/ *").replace("*/", "* /") for line in head) + " */\n\n"
     kernel = resources.files("shaper_fmu.export.native").joinpath("kernel.h").read_text(encoding="utf-8")
     return {**{name: about + text for name, text in texts.items()}, "kernel.h": kernel}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from decimal import Decimal
 
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.errors import ArgumentError
@@ -25,6 +26,11 @@ class Setting:
     frequency: float
     damping_ratio: float
     sequence: ImpulseSequence
+
+
+def plain(value: float) -> str:
+    """A number without an exponent: in G-code an E begins the next word."""
+    return f"{Decimal(repr(value)):f}"
 
 
 @dataclass(frozen=True)

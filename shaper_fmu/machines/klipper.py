@@ -11,13 +11,13 @@ from shaper_fmu.machines.definitions import (
     weakened_ei,
     zero_derivatives,
 )
-from shaper_fmu.machines.firmware import Firmware, Setting
+from shaper_fmu.machines.firmware import Firmware, Setting, plain
 
 
 def _lines(axis: str, setting: Setting) -> str:
     return (
         f"[input_shaper]\nshaper_type_{axis}: {setting.shaper}\n"
-        f"shaper_freq_{axis}: {setting.frequency!r}\ndamping_ratio_{axis}: {setting.damping_ratio!r}\n"
+        f"shaper_freq_{axis}: {plain(setting.frequency)}\ndamping_ratio_{axis}: {plain(setting.damping_ratio)}\n"
     )
 
 

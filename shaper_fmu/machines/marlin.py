@@ -8,7 +8,7 @@ from functools import partial
 
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.machines.definitions import damped_period, left_after, normalised, undamped_ei
-from shaper_fmu.machines.firmware import Firmware, Setting
+from shaper_fmu.machines.firmware import Firmware, Setting, plain
 
 RATE = 1000.0
 """Samples of Fixed-Time Motion a second (FTM_FS): impulses come at whole samples."""
@@ -25,11 +25,11 @@ def _zv(frequency: float, zeta: float) -> ImpulseSequence:
 
 def _damped(frequency: float, zeta: float) -> str:
     """F of M593 [Hz]."""
-    return f"{frequency * math.sqrt(1.0 - zeta * zeta):.6g}"
+    return plain(float(f"{frequency * math.sqrt(1.0 - zeta * zeta):.6g}"))
 
 
 def _zv_lines(axis: str, setting: Setting) -> str:
-    return f"M593 {axis.upper()} F{_damped(setting.frequency, setting.damping_ratio)} D{setting.damping_ratio!r}\nM500\n"
+    return f"M593 {axis.upper()} F{_damped(setting.frequency, setting.damping_ratio)} D{plain(setting.damping_ratio)}\nM500\n"
 
 
 MARLIN = Firmware(
@@ -67,7 +67,9 @@ def _sampled(shaper: str, frequency: float, zeta: float) -> ImpulseSequence:
 def _sampled_lines(axis: str, setting: Setting) -> str:
     number, letter = _NUMBERS[setting.shaper], axis.upper()
     tolerance = " Q0.05" if setting.shaper.endswith("EI") else ""
-    return f"M493 S1 {letter} C{number}\nM493 {letter} A{setting.frequency!r} I{setting.damping_ratio!r}{tolerance}\nM500\n"
+    return (
+        f"M493 S1 {letter} C{number}\nM493 {letter} A{plain(setting.frequency)} I{plain(setting.damping_ratio)}{tolerance}\nM500\n"
+    )
 
 
 MARLIN_FT = Firmware(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from shaper_fmu.machines.definitions import MZV, weakened_ei, zero_derivatives
-from shaper_fmu.machines.firmware import Firmware, Setting
+from shaper_fmu.machines.firmware import Firmware, Setting, plain
 
 _NUMBERS = {"ZV": 0, "ZVD": 1, "MZV": 2, "EI": 3, "2HUMP_EI": 4, "3HUMP_EI": 5}
 
@@ -11,7 +11,7 @@ _NUMBERS = {"ZV": 0, "ZVD": 1, "MZV": 2, "EI": 3, "2HUMP_EI": 4, "3HUMP_EI": 5}
 def _lines(axis: str, setting: Setting) -> str:
     number = _NUMBERS[setting.shaper]
     tolerance = " R20" if setting.shaper.endswith("EI") else ""
-    return f"M593 {axis.upper()} T{number} F{setting.frequency!r} D{setting.damping_ratio!r}{tolerance} W\n"
+    return f"M593 {axis.upper()} T{number} F{plain(setting.frequency)} D{plain(setting.damping_ratio)}{tolerance} W\n"
 
 
 PRUSA = Firmware(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from shaper_fmu.machines.definitions import MZV, THREE_HUMPS, TWO_HUMPS, fitted, zero_derivatives
-from shaper_fmu.machines.firmware import Firmware, Setting
+from shaper_fmu.machines.firmware import Firmware, Setting, plain
 
 
 def _lines(axis: str, setting: Setting) -> str:
-    return f'M593 P"{setting.shaper}" F{setting.frequency!r} S{setting.damping_ratio!r}\n'
+    return f'M593 P"{setting.shaper}" F{plain(setting.frequency)} S{plain(setting.damping_ratio)}\n'
 
 
 REPRAPFIRMWARE = Firmware(

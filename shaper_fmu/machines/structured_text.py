@@ -6,6 +6,7 @@ import math
 
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.errors import ArgumentError
+from shaper_fmu.tune.choice.reasons import rounded_up
 
 LONGEST = 20000
 """Commands that are kept at most: 160 kB."""
@@ -105,12 +106,12 @@ def structured_text(sequence: ImpulseSequence, head: list[str], cycle: float) ->
         raise ArgumentError(f"cycle {cycle:g} s: it must be positive")
     size = math.floor(sequence.duration / cycle) + 3  # the longest delay, the command before it, and one to spare for rounding
     if size > LONGEST:
-        shortest = sequence.duration / (LONGEST - 3)
+        shortest = rounded_up(sequence.duration / (LONGEST - 3))
         raise ArgumentError(
             f"a cycle of {cycle:g} s keeps {size} commands over {sequence.duration:.4g} s, more than {LONGEST}; "
             f"call the block at most every {shortest:.3g} s (--cycle)"
         )
-    about = "\n".join(f"(* {line.replace('*)', '* )')} *)" for line in head)
+    about = "\n".join(f"(* {line.replace('(*', '( *').replace('*)', '* )')} *)" for line in head)
     last = len(sequence.delays) - 1
     return _TEXT.format(
         about=about, last=last, end=size - 1, size=size, most=_literal(size - 1), least=f"{cycle:g}",

@@ -259,3 +259,13 @@ def test_a_caveat_begins_the_file():
     for machine in ("klipper", "marlin", "st", "c"):
         text = next(iter(machine_settings(machine, choice, caveat="NOT HELD: on the plant").files.values()))
         assert re.match(r"\W*NOT HELD: on the plant\.", text)
+
+
+@pytest.mark.parametrize("machine", FIRMWARE)
+def test_numbers_have_no_exponent_which_g_code_takes_for_a_word(machine):
+    """A damping ratio of 1.2e-5 is read as 1.2 by Marlin, which is none."""
+    choice = choose([mode(40.0, 1.23e-5, 0.02)], NARROW, floor=False)
+    (text,) = machine_settings(machine, choice).files.values()
+    settings = "\n".join(line for line in text.splitlines() if not line.startswith((";", "#")))
+    assert re.search(r"\d[eE]-?\d", settings) is None
+    assert ("0.0000123" in settings) == (machine != "marlin-ft")

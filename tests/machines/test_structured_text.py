@@ -145,6 +145,9 @@ def test_longer_cycles_are_served(factor):
 def test_a_cycle_that_keeps_too_many_commands_is_refused_with_the_shortest_one():
     with pytest.raises(ArgumentError, match=r"keeps 675614 commands.*at most every 3.38e-05 s"):
         structured_text(SEQUENCES["zvd"], [], 1e-6)
+    with pytest.raises(ArgumentError, match=r"at most every 3.39e-05 s"):  # 3.3833e-05 s, which may not be rounded down
+        structured_text(shaper("zvd", 9.287, 0.0), [], 1e-6)
+    assert structured_text(shaper("zvd", 9.287, 0.0), [], 3.39e-05)
     shortest = SEQUENCES["zvd"].duration / (20000 - 3.5)
     assert len(block(SEQUENCES["zvd"], shortest).values["history"]) <= 20000
 
@@ -152,3 +155,8 @@ def test_a_cycle_that_keeps_too_many_commands_is_refused_with_the_shortest_one()
 def test_words_of_the_head_cannot_end_the_comment():
     text = structured_text(SEQUENCES["zv"], ["a name with *) in it"], 0.01)
     assert text.startswith("(* a name with * ) in it *)\nFUNCTION_BLOCK")
+
+
+def test_words_of_the_head_begin_no_comment_in_the_comment():
+    """Comments may be nested since the third edition of IEC 61131-3: such a one would swallow the block."""
+    assert structured_text(SEQUENCES["zv"], ["a (* b", "(*)"], 0.01).startswith("(* a ( * b *)\n(* ( * ) *)\nFUNCTION_BLOCK")
