@@ -37,8 +37,9 @@ class LimitedShaper(ShapedModes):
     over `smoothing` = 2 max_acceleration / max_jerk, which takes no zero away. So the limits hold always, and the modes
     are at rest once the command has been reached: a shaped command that is cut off at a limit afterwards loses its zeros.
 
-    As `speed`, the command is the speed to reach; one above max_velocity counts as max_velocity. As `position`, the motion
-    begins at rest at initial_position, as `speed`, too.
+    As `speed`, the command is the speed to reach; one above max_velocity counts as max_velocity, and where impulses are
+    negative, one above max_velocity divided by the sum of their sizes as that. As `position`, the motion begins at rest at
+    initial_position, as `speed`, too.
 
     Shapers:
 

@@ -63,7 +63,8 @@ class ShapedStop(SpeedPlan):
 
     messages: ClassVar[dict[int, str]] = {
         TOO_MUCH_SWING: "no acceleration within the limits takes a swing of {begin_angle} rad and {begin_rate} rad/s away "
-        "within 64 half swings on a rope of {rope_length} m; check the units of the swing, or raise max_acceleration",
+        "within 16 swings on a rope of {rope_length} m; check the units of the swing, or raise the limits "
+        "(max_speed = {max_speed} m/s, max_acceleration = {max_acceleration} m/s2, stop_deceleration = {stop_deceleration} m/s2)",
         TOO_FAST: "initial_speed = {initial_speed} m/s is beyond max_speed = {max_speed} m/s",
     }
 

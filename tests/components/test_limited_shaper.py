@@ -242,3 +242,12 @@ def test_what_cannot_be_kept_in_mind_is_an_error():
 def test_designs_that_do_not_exist_are_refused():
     with pytest.raises(ComponentError, match="no um_zv shaper"):
         LimitedShaper(shaper="um_zv", damping_ratio=[0.99]).initialize()
+
+
+def test_a_speed_that_negative_impulses_leave_no_room_for_is_a_third_as_documented():
+    """UM-ZV's sizes are 1, 1 and 1; within a third of the limit their sum cannot exceed it."""
+    shaper = LimitedShaper(command_is="speed", command=1.0, max_velocity=1.0, shaper="um_zv", natural_frequency=[W])
+    shaper.initialize()
+    shaper.do_step(0.0, 20.0)
+    assert shaper.settled
+    assert shaper.velocity == pytest.approx(1.0 / 3.0, rel=1e-12)

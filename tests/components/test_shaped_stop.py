@@ -279,8 +279,10 @@ def test_what_cannot_be_done_is_told():
     with pytest.raises(ComponentError, match=r"initial_speed = 2 m/s is beyond max_speed = 1 m/s"):
         ShapedStop(initial_speed=2.0).initialize()
     assert kernels().start(Drive().record) != TOO_FAST
-    with pytest.raises(ComponentError, match=r"takes a swing of 1 rad and 0 rad/s away within 64 half swings on a rope of 5 m"):
-        ShapedStop(initial_angle=1.0, max_acceleration=0.01).initialize()
+    words = r"takes a swing of 1 rad and 0 rad/s away within 16 swings on a rope of 5 m;.*stop_deceleration = 0\.12 m/s2"
+    with pytest.raises(ComponentError, match=words):  # g 1 rad/(4 a) = 20.4 swings are needed, where 64 half swings would do
+        ShapedStop(initial_angle=1.0, stop_deceleration=0.12, stop=True).initialize()
+    Drive(initial_angle=1.0, stop_deceleration=0.16, stop=True)  # 15.3 swings
 
 
 def test_a_long_ramp_begins_with_one():
