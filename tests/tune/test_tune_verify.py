@@ -134,7 +134,7 @@ def test_what_makes_no_sense_is_refused(fmus):
     with pytest.raises(ComponentError, match="no output vibrates"):
         verified("zvd", {}, command=Command(amplitude=0.0))
     candidate = choose(BOXES, Requirements(move=Move(1.0), kinds=("cycloid",))).candidates[0]
-    with pytest.raises(ComponentError, match="no shaper"):
+    with pytest.raises(ComponentError, match="needs a `move_command`"):
         verify(fmus / "MassSpringDamper.fmu", "force", ["position"], candidate, BOXES, {})
     assert np.isfinite(verified("zv", {}).worst.share)
 
