@@ -283,7 +283,8 @@ class Plant:
             system.event_outputs = [port for port in system.event_outputs if port[0] != self.shaper]
         profile = self.free_name(PROFILE)
         system.add(profile, fmu_path("MotionProfile", platforms=["this"]), move)
-        system.connect(f"{profile}.{output}", target, offset=rest)
+        # the distance counts in the input's own unit, be it mm or rad: no conversion from the profile's m
+        system.connect_raw(f"{profile}.{output}", target, offset=rest)
         return system
 
 

@@ -85,6 +85,22 @@ def test_a_move_of_a_position_a_speed_and_an_acceleration(unit, kinds, tmp_path)
     assert 0.5 * np.ptp(after) <= 1.05 * seen.nominal.after[0] + 1e-3 * step * w**order
 
 
+@pytest.mark.parametrize(("unit", "base"), [("mm", 'm="1" factor="0.001"'), ("rad", 'rad="1"'), ("deg", 'rad="1" factor="0.0174"')])
+@pytest.mark.parametrize("kinds", [None, ("zvd",)])
+def test_distances_count_in_the_inputs_own_unit(unit, base, kinds, tmp_path):
+    """0.5 of it is a force of 0.5, with and without a shaper: the spring comes to rest at 0.5 / (m w^2), in the archive, too."""
+    (mass, w, damping), requirements = of_spring(), requirements_for({}, move=MOVE, kinds=kinds)
+    plant = spring_with_unit(tmp_path, unit, base)
+    found = tune_plant(plant, "force", ["position"], requirements=requirements, start_values=damping)
+    assert found.verdict == "tuned", found.summary
+    assert found.verification is not None
+    step = MOVE.distance / (mass * w * w)
+    assert found.verification.nominal.before[0] == pytest.approx(step, rel=0.015)
+    write_tuning(found, tmp_path / "tuned", report=False)
+    results = load_ssp(tmp_path / "tuned" / "shaped_plant.ssp").simulate(8.0, 0.001, record=["plant.position"])
+    assert results["plant.position"][-1] == pytest.approx(step, rel=0.02)
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(20))
 def test_twenty_plants_arrive_when_told(seed, tmp_path):
