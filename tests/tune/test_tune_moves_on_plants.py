@@ -172,3 +172,12 @@ def test_the_command_writes_the_move_and_its_report(tmp_path):
     wrong = typed("tune", plant, "--input", "trolley_acceleration", "--max-velocity", "1", cwd=tmp_path)
     assert wrong.returncode == 2
     assert "this needs a distance (--move)" in wrong.stderr
+
+
+def test_a_position_that_integrates_the_input_settles_where_the_move_leads():
+    """The load of a crane, undamped: a step of the trolley's position by 1 m leaves an amplitude of 1 m."""
+    plant, move = fmu_path("OverheadCrane", platforms=["this"]), Move(1.0, max_velocity=1.0, max_acceleration=0.3)
+    found = tune_plant(plant, "trolley_acceleration", ["load_position"], requirements=requirements_for({}, move=move))
+    assert found.verdict == "tuned", found.summary
+    assert found.verification is not None
+    assert found.verification.nominal.before[0] == pytest.approx(1.0, rel=0.015)
