@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from shaper_fmu.errors import ComponentError, SimulationError
-from shaper_fmu.tune.choice.reasons import percent
+from shaper_fmu.tune.choice.reasons import percent, percent_beside
 from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.identify.range import PlantModes
 from shaper_fmu.tune.plant import Plant
@@ -106,7 +106,7 @@ def shortfall(found: Tuning, asked: Requirements) -> str:
         shares.append(("nominally", "nominal tolerance", seen.nominal.share, asked.nominal_tolerance))
     for where, name, share, limit in shares:
         if share > limit:
-            parts.append(f"{where} it leaves {percent(share)}, more than the {name} of {percent(limit)}")
+            parts.append(f"{where} it leaves {percent_beside(share, limit)}, more than the {name} of {percent(limit)}")
         elif share + seen.uncertainty > limit:
             known = f"{percent(share)} +- {percent(seen.uncertainty)}"
             parts.append(f"{where} it leaves {known}, so that the {name} of {percent(limit)} is not shown to hold")

@@ -19,7 +19,7 @@ from shaper_fmu.kinds.smoothers import SMOOTHERS
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.candidates import Design
 from shaper_fmu.tune.choice.choice import Candidate, choose
-from shaper_fmu.tune.choice.reasons import narrowed, rounded_up
+from shaper_fmu.tune.choice.reasons import narrowed, percent_beside, rounded_up
 from shaper_fmu.tune.choice.requirements import NEGATIVE, POSITIVE, Move, Requirements
 from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.identify.range import Range
@@ -298,3 +298,9 @@ def test_boxes_outside_their_domain_are_refused():
         choose([ModeBox.around(5.0), ModeBox.around(9.0, amplitudes=(1.0, 2.0))])
     with pytest.raises(ComponentError, match="distance"):
         Move(0.0)
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.0100004, "1.00004 %"), (0.0123, "1.23 %"), (0.00999, "0.999 %"), (0.2, "20 %")])
+def test_a_share_beside_a_limit_of_1_percent_is_told_from_it(share, told):
+    """Never "1 %, more than 1 %"."""
+    assert percent_beside(share, 0.01) == told

@@ -73,6 +73,12 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.3g} %"
 
 
+def percent_beside(share: float, limit: float) -> str:
+    """A share in percent, with as many digits as tell it from a limit, and three at least."""
+    texts = (f"{100.0 * share:.{digits}g}" for digits in range(3, 17))
+    return next((text for text in texts if text != f"{100.0 * limit:.3g}"), f"{100.0 * share:.17g}") + " %"
+
+
 def left(candidate: Candidate) -> str:
     """The bound of a candidate, in percent."""
     return percent(candidate.worst_case)
