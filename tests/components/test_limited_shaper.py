@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from compiled_kernels import Kernels, record_of
-from hypothesis import given, settings
+from hypothesis import given, seed, settings
 from hypothesis import strategies as st
 from native_host import native_fmu
 from scipy.optimize import linprog
@@ -46,10 +46,16 @@ commands = st.lists(st.tuples(st.floats(0.0, 0.8), st.floats(-2.0, 2.0)), min_si
 kinds = st.sampled_from(["none", "zv", "zvd", "ei", "um_zv", "sna_zv", "two_hump_ei"])
 
 
-@settings(max_examples=1000, deadline=None)
-@given(commands, kinds, st.sampled_from([NO_EVENT, 40.0]), st.sampled_from(["position", "speed"]), st.floats(2.0, 20.0))
-def test_limits_are_never_exceeded_and_the_command_is_reached(gaps, kind, jerk, meaning, w):
-    """1,000 random sequences of commands; the jerk is the acceleration's slope between instants 10 ms apart."""
+@pytest.mark.parametrize(("part", "count"), [(0, 50), *(pytest.param(k, 250, marks=pytest.mark.thorough) for k in range(1, 5))])
+def test_limits_are_never_exceeded_and_the_command_is_reached(part, count):
+    """1,000 random sequences of commands, in parts."""
+    jerks, meanings = st.sampled_from([NO_EVENT, 40.0]), st.sampled_from(["position", "speed"])
+    random = given(commands, kinds, jerks, meanings, st.floats(2.0, 20.0))
+    seed(part)(settings(max_examples=count, deadline=None)(random(limits_are_kept_and_the_command_is_reached)))()
+
+
+def limits_are_kept_and_the_command_is_reached(gaps, kind, jerk, meaning, w):
+    """The jerk is the acceleration's slope between instants 10 ms apart."""
     component = LimitedShaper(**LIMITS, max_jerk=jerk, command_is=meaning, shaper=kind, natural_frequency=[w], damping_ratio=[0.1])
     component.initialize()
     now, before = 0.0, 0.0
