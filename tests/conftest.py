@@ -78,7 +78,8 @@ def pytest_configure(config: pytest.Config) -> None:
 def _built(tmp_path_factory: pytest.TempPathFactory, name: str, **options: Any) -> Path:
     """A folder with the FMUs of all components, which the workers share: each begins at another end, and finds what others have built."""
     base, worker = tmp_path_factory.getbasetemp(), os.environ.get("PYTEST_XDIST_WORKER")
-    folder = (base.parent if worker else base) / name
+    shared = worker and base.name == f"popen-{worker}"  # not in a run that a worker's test has started
+    folder = (base.parent if shared else base) / name
     for component in list(components().values())[:: -1 if worker and int(worker[2:]) % 2 else 1]:
         if not (folder / f"{component.__name__}.fmu").exists():  # written at once when it is complete
             build_fmu(component, folder, **options)

@@ -16,8 +16,8 @@ from shaper_fmu.errors import SimulationError
 from shaper_fmu.export.build import build_fmu
 from shaper_fmu.registry import components, load_components
 
-NOT_TOLD = {("MotionProfile", "max_velocity"), ("MotionProfile", "max_acceleration")}
-"""Bounded, but a minimum that goes with every duration does not exist: their descriptions tell the domain."""
+NOT_TOLD = {("MotionProfile", "max_velocity"), ("MotionProfile", "max_acceleration"), ("LimitedShaper", "max_jerk")}
+"""Bounded, but a minimum that goes with all other values does not exist: their descriptions tell the domain."""
 
 
 @pytest.fixture(scope="module", params=[2, 3])

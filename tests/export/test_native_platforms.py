@@ -165,6 +165,22 @@ CLOSE = 1e-14
 in the last place, measured 2e-15 with the functions that ziglang links and those of wine."""
 
 
+SEARCHED = {"ShapedStop": 1e-8}
+"""Results of searches for a plan, which begin with what is measured: other last digits of sines and exponentials move them by more.
+1.7e-9 was seen by wine, of a swing that is measured."""
+
+
+def beyond(worst: dict[str, float]) -> dict[str, float]:
+    """The cases that differ by more than they may."""
+
+    def allowed(title: str) -> float:
+        if any(name in title for name in PLAIN):
+            return 0.0
+        return next((most for name, most in SEARCHED.items() if name in title), CLOSE)
+
+    return {title: x for title, x in worst.items() if x > allowed(title)}
+
+
 @pytest.fixture(scope="session")
 def reference(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[float]]:
     return numbers(here(script(tmp_path_factory.mktemp("here"), "x86_64-linux")))
@@ -187,13 +203,13 @@ def test_the_windows_libraries_give_the_same_numbers(wine, reference, tmp_path, 
         print(
             f"\nWindows by wine: {len(worst)} runs, {sum(x == 0.0 for x in worst.values())} bit for bit, worst {max(worst.values()):.1e}"
         )
-    assert {title: x for title, x in worst.items() if x > (0.0 if any(name in title for name in PLAIN) else CLOSE)} == {}
+    assert beyond(worst) == {}
 
 
 def test_the_arm_libraries_give_the_same_bits(arm, reference, tmp_path):
     """The C library is glibc as here; where its versions differ, so may its last bits, but not by more than CLOSE."""
     worst = differences(numbers(arm(script(tmp_path, "aarch64-linux"))), reference)
-    assert {title: x for title, x in worst.items() if x > (0.0 if any(name in title for name in PLAIN) else CLOSE)} == {}
+    assert beyond(worst) == {}
 
 
 def test_the_32_bit_linux_libraries_give_the_same_numbers(old_pc, reference, tmp_path, capsys):
@@ -203,7 +219,7 @@ def test_the_32_bit_linux_libraries_give_the_same_numbers(old_pc, reference, tmp
         print(
             f"\ni686-linux: {len(worst)} runs, {sum(x == 0.0 for x in worst.values())} bit for bit, worst {max(worst.values()):.1e}"
         )
-    assert {title: x for title, x in worst.items() if x > (0.0 if any(name in title for name in PLAIN) else CLOSE)} == {}
+    assert beyond(worst) == {}
 
 
 # what the libraries ask for, and what they offer

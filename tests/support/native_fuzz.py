@@ -222,7 +222,7 @@ class Fuzzer(Model):
         n, bad = self.host.states, self.defect("more", "null", "nan")
         if bad and n == 0:
             bad = "more"
-        values = array(c_double, [self.random.uniform(0.5, 1.5) for _ in range(n + 1)])
+        values = array(c_double, [self.random.uniform(0.05, 0.25) for _ in range(n + 1)])  # no plant is at an end there
         if bad == "nan":
             values[self.random.randrange(n)] = self.random.choice([math.nan, math.inf])
         legal = not bad and self.host.exchange
