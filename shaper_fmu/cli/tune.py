@@ -164,6 +164,8 @@ def tune(
             raise typer.BadParameter(f"{margin} is outside its domain: at least 0% and less than 100%", param_hint="--margin")
     if wanted["damping_margin"] < 0.0:
         raise typer.BadParameter(f"{damping_margin} is outside its domain: at least 0%", param_hint="--damping-margin")
+    if move is not None and machines:
+        raise typer.BadParameter("a machine gets a shaper for all its commands, not a move; leave --move out", param_hint="--for")
     if move is not None:
         wanted["move"] = Move(move, max_velocity, max_acceleration)
     elif min(max_velocity, max_acceleration) < NO_LIMIT:
@@ -218,7 +220,9 @@ def _write_for(machine: Machine, found: Tuning, folder: Path, axis: str, cycle: 
         return False
     out.print(f"{machine}: {settings.words}")
     for path in written:
-        wrote(path, "" if settings.holds and not found.caveat else " (not held)")
+        doubts = [found.verdict.replace("_", " ")] if found.caveat else []
+        doubts += [] if settings.holds or "not held" in doubts else ["not held"]
+        wrote(path, f" ({'; '.join(doubts)})" if doubts else "")
     return settings.holds
 
 

@@ -78,11 +78,12 @@ def machine_settings(machine: str, choice: Choice, *, axis: str = "x", cycle: fl
     if not candidate.design.factors:
         raise ArgumentError(f"{machine}: no shaper is needed, so that there is nothing to carry over")
     words = f"{candidate.name}, {len(candidate.sequence.delays)} impulses over {candidate.sequence.duration:.6g} s"
-    head = header(words, caveat, () if holds else (f"NOT HELD: {choice.reason}",))
+    unfit = () if holds else (f"NOT HELD: {choice.reason}",)
+    head = header(words, caveat, unfit)
     files = {
         "c": lambda: {f"c/{name}": text for name, text in c_files(candidate, head).items()},
         "st": lambda: {"shaped_command.st": structured_text(candidate.sequence, head, cycle)},
-        "csv": lambda: {"impulses.csv": csv_text(candidate.sequence)},
+        "csv": lambda: {"impulses.csv": csv_text(candidate.sequence, head if caveat or unfit else ())},
     }[machine]()
     return MachineSettings(machine, files, words, candidate, holds)
 

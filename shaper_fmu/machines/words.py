@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from shaper_fmu.machines.firmware import Firmware
 from shaper_fmu.machines.fit import Fitted
+from shaper_fmu.tune.choice.reasons import percent, percent_beside
 from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.version import __version__
 
@@ -26,12 +27,13 @@ def lost(firmware: Firmware, best: Fitted, holds: bool, choice: Choice) -> str:
     setting = best.setting
     at = f"{setting.frequency:.6g} Hz ({setting.frequency * 2.0 * math.pi:.5g} rad/s), damping ratio {setting.damping_ratio:.4g}"
     text = (
-        f"{setting.shaper} at {at}: it leaves at most {_share(one.worst_case)} of the unshaped vibration over the modes' ranges, "
-        f"nominally {_share(one.nominal)}, and lasts {one.delay:.4g} s."
+        f"{setting.shaper} at {at}: it leaves at most {percent_beside(one.worst_case, wanted.tolerance)} of the unshaped vibration "
+        f"over the modes' ranges, nominally {percent_beside(one.nominal, wanted.nominal_tolerance)}, and lasts {one.delay:.4g} s "
+        "(bounds for the modes; this setting itself was not tried)."
     )
     if not holds:
         missed = [
-            f"{name} of {_share(limit)}"
+            f"{name} of {percent(limit)}"
             for name, limit, value in (
                 ("tolerance", wanted.tolerance, one.worst_case),
                 ("nominal tolerance", wanted.nominal_tolerance, one.nominal),
@@ -43,9 +45,5 @@ def lost(firmware: Firmware, best: Fitted, holds: bool, choice: Choice) -> str:
         text = f"NOT HELD: no shaper of {firmware.title} keeps the {' and the '.join(missed)}. The nearest is {text}"
     other = choice.recommended
     if other is not None:
-        text += f" The recommended shaper, {other.name}, leaves {_share(other.worst_case)} and lasts {other.delay:.4g} s."
+        text += f" The recommended shaper, {other.name}, leaves {percent(other.worst_case)} and lasts {other.delay:.4g} s."
     return text
-
-
-def _share(value: float) -> str:
-    return f"{100.0 * value:.3g} %"

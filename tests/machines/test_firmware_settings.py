@@ -256,7 +256,7 @@ def test_wrong_names_and_axes_and_moves():
 
 def test_a_caveat_begins_the_file():
     choice = choose([mode(40.0, 0.02, 0.05)], floor=False)
-    for machine in ("klipper", "marlin", "st", "c"):
+    for machine in ("klipper", "marlin", "st", "c", "csv"):
         text = next(iter(machine_settings(machine, choice, caveat="NOT HELD: on the plant").files.values()))
         assert re.match(r"\W*NOT HELD: on the plant\.", text)
 

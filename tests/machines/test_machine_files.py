@@ -85,6 +85,9 @@ def test_what_cannot_be_written_is_told_and_loses_nothing_else(recording, tmp_pa
     assert (tmp_path / "ring_tuned" / "impulses.csv").is_file()
     assert not (tmp_path / "ring_tuned" / "shaped_command.st").exists()
     assert typed("tune", recording, "--for", "kliper", cwd=tmp_path).returncode == 2
+    of_move = typed("tune", recording, "--move", "1", "--max-acceleration", "5", "--for", "klipper", cwd=tmp_path)
+    assert of_move.returncode == 2
+    assert "leave --move out" in " ".join(of_move.stderr.split())
 
 
 def test_every_machine_has_a_part_of_the_page():

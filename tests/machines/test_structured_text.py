@@ -1,6 +1,7 @@
 """The shaper as structured text, run by a reader of its own, against the InputShaper's FMU."""
 
 import math
+import zlib
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,7 @@ class Shaper:
             "shaper": "custom", "custom_impulses": len(sequence.delays), "initial_command": initial,
             "custom_amplitude": list(sequence.amplitudes), "custom_delay": list(sequence.delays),
         }  # fmt: skip
-        path = fmu_path(with_start_values(find_component("InputShaper"), values, f"Shaper{abs(hash(str(values)))}"))
+        path = fmu_path(with_start_values(find_component("InputShaper"), values, f"Shaper{zlib.crc32(str(values).encode())}"))
         description = read_model_description(path)
         self.references = {v.name: v.valueReference for v in description.modelVariables}
         self.fmu: Any = instantiate_fmu(extract(path, folder), description, "CoSimulation")
