@@ -57,6 +57,12 @@ def build(
         Path | None,
         typer.Option("--c", help="Folder for the kernels alone, as C for controllers, instead of FMUs.", callback=output_folder),
     ] = None,
+    wasm: Annotated[
+        Path | None,
+        typer.Option(
+            "--wasm", help="Folder for the kernels alone, as WebAssembly for pages, instead of FMUs.", callback=output_folder
+        ),
+    ] = None,
     name: Annotated[
         str, typer.Option(help="With --start or --without: the FMU's name. Default: a name such as MotionProfile_s_curve.")
     ] = "",
@@ -76,8 +82,8 @@ def build(
     if starts or without or name:
         components = [_changed(components, starts or [], without or [], name)]
     _check_files(components)
-    if c is not None:
-        _write_c(components, folders, c)
+    if c is not None or wasm is not None:
+        _write_kernels(components, folders, c, wasm)
         return
     archives = {absolute(Path(folder)): absolute(archive_of(folder)) for folder in folders}
     output_file()([*(output / f"{component.__name__}.fmu" for component in components), *archives.values()])
@@ -93,14 +99,18 @@ def build(
         wrote(pack_ssp(folder, output, archive, platforms or []), verb="built")
 
 
-def _write_c(components: list[type[Component]], folders: list[str], target: Path) -> None:
+def _write_kernels(components: list[type[Component]], folders: list[str], c: Path | None, wasm: Path | None) -> None:
     from shaper_fmu.export.plain_c import write_c
+    from shaper_fmu.export.wasm import write_wasm
 
-    if folders:
-        raise typer.BadParameter(f"{folders[0]}: a system has no kernel of its own; name components", param_hint="--c")
-    for component in components:
-        for path in write_c(component, target):
-            wrote(path)
+    for target, option, write in ((c, "--c", write_c), (wasm, "--wasm", write_wasm)):
+        if target is None:
+            continue
+        if folders:
+            raise typer.BadParameter(f"{folders[0]}: a system has no kernel of its own; name components", param_hint=option)
+        for component in components:
+            for path in write(component, target):
+                wrote(path)
 
 
 def _components(names: list[str] | None, folders: list[str]) -> list[type[Component]]:

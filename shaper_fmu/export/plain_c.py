@@ -14,6 +14,9 @@ from shaper_fmu.export.description_parts import summary
 from shaper_fmu.export.native.kernels import component_files
 from shaper_fmu.export.packing import check_component
 
+KERNEL_H = Path(__file__).parent / "native" / "kernel.h"
+"""The header by hand that kernels need."""
+
 _HEADER = """\
 /* {summary}
 
@@ -130,7 +133,7 @@ int main(void) {{
 def write_c(component: type[Component], folder: Path) -> list[Path]:
     """Write <component>.h and .c, an example and kernel.h into the folder, and return their paths. Raises BuildError."""
     check_component(component)
-    texts = {**plain_c(component), "kernel.h": (Path(__file__).parent / "native" / "kernel.h").read_text(encoding="utf-8")}
+    texts = {**plain_c(component), "kernel.h": KERNEL_H.read_text(encoding="utf-8")}
     return [write_file(folder / name, text.encode()) for name, text in texts.items()]
 
 

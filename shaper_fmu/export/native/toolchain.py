@@ -62,6 +62,9 @@ PLATFORMS = {
 USUAL_PLATFORMS = tuple(known.name for known in PLATFORMS.values() if known.usual)
 """The platforms that FMUs are built for when nothing else is asked for."""
 
+WASM32 = Platform("wasm32", "wasm32-wasi", ".wasm", "", "", usual=False)
+"""For modules of WebAssembly, which are no FMUs: FMI knows no such platform."""
+
 # No contraction: a product and a sum are rounded each, as in Python. No sanitizer traps, which zig adds by default.
 _FLAGS = [
     "-O2",
@@ -75,6 +78,7 @@ _FLAGS = [
     "-w",
 ]
 _LINK = ["-shared", "-s"]
+_LINK_MODULE = ["-mexec-model=reactor", "-s", "-Wl,--gc-sections", "-lm"]
 
 
 def platform_named(name: str) -> Platform:
@@ -83,6 +87,8 @@ def platform_named(name: str) -> Platform:
         machine = platform.machine().lower()
         machine = {"amd64": "x86_64", "arm64": "aarch64", "i386": "i686", "x86": "i686"}.get(machine, machine)
         name = f"{machine}-{platform.system().lower()}"
+    if name == WASM32.name:
+        raise BuildError("wasm32 is no platform of FMUs; `build --wasm FOLDER` makes modules for pages")
     if name not in PLATFORMS:
         for known in PLATFORMS.values():
             if name.lower() in (known.fmi2_folder, known.fmi3_folder):  # as the folders in an FMU, and `info`, call it
@@ -113,6 +119,11 @@ def compile_object(source: Path, target: Path, built_for: Platform, includes: li
     """Compile a C file to an object of a shared library. Raises BuildError with the compiler's words."""
     position = [] if built_for.suffix == ".dll" else ["-fPIC"]
     _compile(["-c", str(source), *_FLAGS, *position, *[f"-I{folder}" for folder in includes]], target, built_for)
+
+
+def build_module(source: Path, target: Path) -> None:
+    """Compile a C file to a module of WebAssembly. Raises BuildError with the compiler's words."""
+    _compile([str(source), *_FLAGS, *_LINK_MODULE], target, WASM32)
 
 
 def _link(arguments: list[str], target: Path, built_for: Platform) -> None:
