@@ -289,6 +289,7 @@ def _print_result(found: Tuning) -> None:
     """Print the modes, the findings and the result."""
     from shaper_fmu.report.tune.evidence import evidence
     from shaper_fmu.report.tune.modes import modes_table
+    from shaper_fmu.tune.meter import effort_words
 
     seen = evidence(found)
     if seen.found.modes:
@@ -297,3 +298,6 @@ def _print_result(found: Tuning) -> None:
         err.print(f"note: {finding.text}")
     verdict = found.verdict.replace("_", " ")
     out.print(found.summary if found.summary.startswith(verdict) else f"{verdict}: {found.summary}")
+    words = effort_words(found.efforts)
+    if words:
+        err.print(words)

@@ -16,6 +16,7 @@ from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
 from shaper_fmu.master.variables import TRANSFERABLE, kind_of, own_start
+from shaper_fmu.tune.meter import Meter
 
 ALONE = "plant"
 """Name of the instance of an FMU that is given alone."""
@@ -48,6 +49,7 @@ class Plant:
         self._system = source if isinstance(source, System) else alone_system(source, start_values or {})
         if isinstance(source, System) and start_values:
             raise ModelError(["start values of a system are set in the system itself, by System.set"])
+        self.meter: Meter = Meter()
         self.alone: bool = not isinstance(source, System)
         self.named: bool = bool(outputs)
         """Whether its outputs were named."""
@@ -209,7 +211,9 @@ class Plant:
         unknown = [name for name in given if name.partition(".")[0] not in self._system.fmus]
         if unknown:
             raise ModelError([f"{name!r}: there is no such instance.{nearest(name, known)}" for name in unknown])
-        return simulation.run(stop_time, step, start_values=given, **self.stepping)
+        with self.meter.run() as made:
+            made.append(simulation.run(stop_time, step, start_values=given, **self.stepping))
+        return made[0]
 
     @property
     def stepping(self) -> dict[str, Any]:

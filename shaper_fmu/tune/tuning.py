@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from shaper_fmu.analysis.identification import CONTRADICTING, Finding
@@ -13,6 +13,7 @@ from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.choice.search import Candidate
 from shaper_fmu.tune.identify.measured import MeasuredIdentification
 from shaper_fmu.tune.identify.range import PlantModes
+from shaper_fmu.tune.meter import Effort, Part
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.move import MoveCommand
@@ -65,6 +66,7 @@ class Tuning:
         verification: None where there is no plant, or nothing could be compared.
         responses: of the plant to a step, shaped and unshaped, nominal and worst.
         findings: what the user should know.
+        efforts: what each part of the work on a plant has cost: steps, runs and time; {} for measured data.
     """
 
     verdict: Verdict
@@ -82,6 +84,7 @@ class Tuning:
     verification: Verification | None
     responses: tuple[Responses, ...]
     findings: tuple[Finding, ...]
+    efforts: Mapping[Part, Effort] = field(default_factory=dict, compare=False)
 
     @property
     def words(self) -> str:

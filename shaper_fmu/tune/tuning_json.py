@@ -25,6 +25,7 @@ from shaper_fmu.tune.choice.search import Candidate
 from shaper_fmu.tune.identify.experiment import PlantIdentification
 from shaper_fmu.tune.identify.measured import MeasuredIdentification
 from shaper_fmu.tune.identify.range import ModeRange, Range
+from shaper_fmu.tune.meter import Effort
 from shaper_fmu.tune.tuning import Tuning
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.move import MoveCommand
@@ -66,6 +67,7 @@ def tuning_numbers(tuning: Tuning) -> dict[str, Any]:
         "measured": _measured(tuning.measured) if tuning.measured is not None else None,
         "choice": _choice(choice) if choice is not None else None,
         "verification": _verification(tuning.verification) if tuning.verification is not None else None,
+        "effort": _effort(tuning) if tuning.efforts else None,
     }
     return _strict(found)
 
@@ -271,3 +273,9 @@ def _verification(found: Verification) -> dict[str, Any]:
 
 def _measurement(one: Measured) -> dict[str, Any]:
     return {"values": dict(one.values), "before": list(one.before), "after": list(one.after), "share": one.share}
+
+
+def _effort(tuning: Tuning) -> dict[str, Any]:
+    """Steps and runs of the plant, and wall times [s], which differ each time."""
+    whole = sum(tuning.efforts.values(), Effort())
+    return {**vars(whole), "parts": {name: dict(vars(one)) for name, one in tuning.efforts.items()}}

@@ -18,6 +18,7 @@ from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.result import fits, preferred
 from shaper_fmu.tune.choice.search import Candidate
 from shaper_fmu.tune.identify.range import PlantModes, identify_plant
+from shaper_fmu.tune.meter import Meter
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, requirements_for
 from shaper_fmu.tune.tuning_trial import shortfall, tightened, tried
@@ -54,7 +55,8 @@ def tune_plant(
         start_values: of an FMU given alone.
         options: of `experiment`.
 
-    With a move in the requirements profiles are compared, too, and the plant makes the move.
+    With a move in the requirements profiles are compared, too, and the plant makes the move. `Tuning.efforts` tells the steps
+    of the plant and the time that each part has taken.
 
     Raises IdentificationError where the experiments do not support an answer, ModelError for wrong names, SimulationError if
     the plant cannot be run.
@@ -63,8 +65,21 @@ def tune_plant(
     requirements = requirements or requirements_for(spread)
     requirements.check_impulses_only()
     plant = Plant.of(source, input, outputs, start_values)
+    plant.meter = Meter()
     if requirements.move is not None:
         order_of_input(plant, requirements.move)  # refuses what cannot follow a move
+    found = _tuned(plant, requirements, spread, amplitude, say, options)
+    return replace(found, efforts=plant.meter.efforts)
+
+
+def _tuned(
+    plant: Plant,
+    requirements: Requirements,
+    spread: Mapping[str, float],
+    amplitude: float | None,
+    say: Say,
+    options: Mapping[str, Any],
+) -> Tuning:
     say("identifying the modes")
     modes = identify_plant(plant, points=corners(plant.nominal_values(spread), spread), **options)
     names = [plant.short(name) for name in (plant.outputs if plant.named else _vibrating(modes))]
@@ -80,7 +95,8 @@ def tune_plant(
         return replace(found, verdict=hopeless[0], summary=hopeless[1])
     say("choosing a shaper")
     boxes = mode_boxes(modes, [plant.full(name) for name in names])
-    choice = choose(boxes, requirements)
+    with plant.meter.part("choose"):
+        choice = choose(boxes, requirements)
     if choice.recommended is None:
         return replace(found, verdict="nothing_fits", summary=choice.reason, choice=choice)
     found = _verified(replace(found, choice=choice), boxes, requirements, plant, say)
@@ -99,7 +115,8 @@ def _verified(found: Tuning, boxes: Sequence[ModeBox], asked: Requirements, plan
     first = found.choice
     assert first is not None
     say("verifying it on the plant")
-    found = tried(found, asked, plant)
+    with plant.meter.part("verify"):
+        found = tried(found, asked, plant)
     refuted: list[tuple[Candidate, str]] = []
     for _ in range(_MORE_ATTEMPTS):
         tighter = tightened(found, asked) if found.verdict == "not_held" else None
@@ -108,7 +125,8 @@ def _verified(found: Tuning, boxes: Sequence[ModeBox], asked: Requirements, plan
         refuted.append((found.candidate, shortfall(found, asked)))
         known = {id(one) for one, _ in refuted}
         others = [one for one in first.candidates if fits(one, asked) and id(one) not in known]
-        choice = choose(boxes, tighter)
+        with plant.meter.part("choose"):
+            choice = choose(boxes, tighter)
         wanted = [*others, *([choice.recommended] if choice.recommended is not None else [])]
         if not wanted:
             break
@@ -119,7 +137,8 @@ def _verified(found: Tuning, boxes: Sequence[ModeBox], asked: Requirements, plan
             say(f"trying {best.name}")
             choice = choose_another(first, best, refuted)
         say("verifying it on the plant")
-        found = tried(replace(found, choice=choice, verification=None, responses=()), asked, plant)
+        with plant.meter.part("verify"):
+            found = tried(replace(found, choice=choice, verification=None, responses=()), asked, plant)
     return found
 
 

@@ -12,6 +12,7 @@ from shaper_fmu.page.figures import Figure, Line, label
 from shaper_fmu.report.sweep.curves import thinned
 from shaper_fmu.report.tune.modes import given, percent
 from shaper_fmu.tune.choice.moves import fastest_move
+from shaper_fmu.tune.meter import Effort
 from shaper_fmu.tune.tuning import Tuning
 from shaper_fmu.tune.verification.move import MoveCommand
 from shaper_fmu.tune.verification.responses import Responses
@@ -146,3 +147,16 @@ def _how(tuning: Tuning, found: Verification) -> str:
         text += f" Of {len(found.outputs)} outputs the table shows the three that keep most."
     left = [name for name in tuning.outputs if name not in found.outputs]
     return f"{text} Not compared, since they do not come to rest: {', '.join(left)}." if left else text
+
+
+def effort_blocks(tuning: Tuning) -> list[Block]:
+    """Steps and runs of the plant, and the time, of each part of the work."""
+    if not tuning.efforts:
+        return []
+    whole = sum(tuning.efforts.values(), Effort())
+    rows = [
+        [name, f"{one.steps}", f"{one.runs}", f"{one.seconds:.3g}", f"{one.stepping:.3g}"]
+        for name, one in (*tuning.efforts.items(), ("all", whole))
+    ]
+    head = ["part", "steps of the plant", "runs", "time [s]", "of it in steps [s]"]
+    return [Table("Steps of the plant, and time", head, rows)]

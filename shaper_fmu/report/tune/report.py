@@ -11,7 +11,7 @@ from shaper_fmu.report.modes import impulses_table
 from shaper_fmu.report.tune.choice import alternative_blocks, sensitivity_blocks, trade_off_blocks
 from shaper_fmu.report.tune.evidence import Evidence, evidence, recording_blocks, ring_down_blocks, spectrum_blocks
 from shaper_fmu.report.tune.modes import mode_blocks, percent
-from shaper_fmu.report.tune.plant import response_blocks, verification_blocks
+from shaper_fmu.report.tune.plant import effort_blocks, response_blocks, verification_blocks
 from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.tuning import Tuning, Verdict
 
@@ -52,6 +52,7 @@ def tuning_blocks(tuning: Tuning) -> list[Block]:
     for title in sections.keys() & _OF_MODES if words else ():
         sections[title].insert(0, Text(words))
     sections["Verification"] = verification_blocks(tuning)
+    sections["What it cost"] = effort_blocks(tuning)
     return [block for title, blocks in sections.items() if blocks for block in (Heading(title), *blocks)]
 
 

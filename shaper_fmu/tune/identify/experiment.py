@@ -28,7 +28,7 @@ from shaper_fmu.tune.identify.linear_comparison import LinearComparison, compare
 from shaper_fmu.tune.identify.linear_modes import AT_REST
 from shaper_fmu.tune.identify.linearization import NoLinearizationError, linearize
 from shaper_fmu.tune.identify.response import TOLERATED, Experiment, Response
-from shaper_fmu.tune.identify.survey import survey
+from shaper_fmu.tune.identify.survey import Survey, survey
 from shaper_fmu.tune.plant import Plant
 
 _SAMPLES_PER_PERIOD = 30
@@ -148,13 +148,15 @@ def experiment(
     try:
         guess = duration or plant.duration_hint
         first = amplitude if amplitude is not None else plant.first_amplitude(trial.rest)
-        trial.find_grid(first)
-        unrest = trial.settle(guess)
+        with plant.meter.part("settle"):
+            trial.find_grid(first)
+            unrest = trial.settle(guess)
         found, response = _identified(trial, excitation, first, guess, smallest_share, search=amplitude is None)
     finally:
         trial.close()
     findings = _findings(response, trial, unrest) + list(found.findings)
-    compared, differences = _compared(trial, found, response, smallest_share) if linear else (None, [])
+    with plant.meter.part("linearize"):
+        compared, differences = _compared(trial, found, response, smallest_share) if linear else (None, [])
     return PlantIdentification(
         found, response.excitation, response.time, response.values, plant.input, plant.input_unit, tuple(plant.outputs),
         tuple(plant.units), trial.settle_time, response.nonlinearity, response.coupling, dict(point or {}),
@@ -166,7 +168,15 @@ def _identified(
     trial: Experiment, kind: ExcitationKind, amplitude: float, guess: float, smallest_share: float, *, search: bool
 ) -> tuple[Identification, Response]:
     """A first look, then closer ones until the modes stay."""
-    seen = survey(trial, kind, amplitude, guess)
+    with trial.plant.meter.part("look"):
+        seen = survey(trial, kind, amplitude, guess)
+    with trial.plant.meter.part("excite"):
+        return _refined(trial, kind, amplitude, seen, smallest_share, search=search)
+
+
+def _refined(
+    trial: Experiment, kind: ExcitationKind, amplitude: float, seen: Survey, smallest_share: float, *, search: bool
+) -> tuple[Identification, Response]:
     found, response = seen.found, seen.response
     for _ in range(_REFINEMENTS):
         sampling = _sampling(found, seen.duration, trial)

@@ -71,8 +71,11 @@ class Experiment:
     settle_time: float = 0.0
     restored: bool = True
     grid: float = 0.0
-    settling: Settling = field(default_factory=Settling)
+    settling: Settling = field(init=False)
     _rests: dict[tuple[float, ...], np.ndarray] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.settling = Settling(self.plant.meter)
 
     def close(self) -> None:
         """Free the states."""

@@ -17,6 +17,7 @@ from shaper_fmu.master.signals import Table
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.step_control import StepControl
 from shaper_fmu.master.system import System
+from shaper_fmu.tune.meter import Meter
 
 EXACT = 1e-12
 """Difference of values, over the largest one, that a restored state may make."""
@@ -120,8 +121,9 @@ class SettledRuns(Simulation):
 class Settling:
     """The plant's saved states: the runs that can be continued, or the reason why there are none."""
 
-    def __init__(self) -> None:
+    def __init__(self, meter: Meter | None = None) -> None:
         self.problem: str | None = None
+        self._meter: Meter = meter or Meter()
         self._runs: SettledRuns | None = None
         self._key: Any = None
         self._checked = False
@@ -163,8 +165,8 @@ class Settling:
             self.close()  # some FMUs can be instantiated only once
             return None
         try:
-            late = self._runs.again(excited)
-            checked = rest[-len(late) :] if self._checked else self._runs.again(unexcited)
+            late = self._again(excited)
+            checked = rest[-len(late) :] if self._checked else self._again(unexcited)
         except SimulationError:
             self.close()  # its instances may not go on after an error
             raise
@@ -179,3 +181,9 @@ class Settling:
             return None
         self._checked = True
         return np.concatenate([rest[: -len(late)], late])
+
+    def _again(self, system: System) -> np.ndarray:
+        assert self._runs is not None
+        late = self._runs.again(system)
+        self._meter.add(len(late))
+        return late

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shaper_fmu.master.events import treat_events
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import Candidate
 from shaper_fmu.tune.plant import Plant
@@ -17,6 +18,7 @@ from shaper_fmu.tune.verification.move import MoveCommand
 _PERIODS = 5.0
 _STEPS_PER_PERIOD = 40
 _MOST_POINTS = 20_000
+_SAME_TIME = 1e-6
 _BEFORE = 0.02
 """Of the time shown: what is shown before the step."""
 
@@ -65,8 +67,18 @@ def simulated_responses(
     for system in (one.system for one in shown):
         for name, value in values.items():
             system.set(plant.full(name), value)
-        runs.append(system.simulate(command.start + end, step, record=list(names.values()), **command.stepping(plant)))
-    before, after = runs
-    rows = np.flatnonzero(before.time >= command.start - _BEFORE * end)[::kept]
-    found = {name: (before[full][rows], after[full][rows]) for name, full in names.items()}
-    return Responses(case, values, before.time[rows] - command.start, found, {name: plant.unit(name) for name in names})
+        options = {"record": list(names.values()), **command.stepping(plant)}
+        with plant.meter.run() as made:
+            made.append(system.simulate(command.start + end, step, everywhere=treat_events(system, None).exact, **options))
+        runs.append((made[0], _on_grid(made[0].time, step)))
+    (before, grid), (after, same) = runs
+    late = np.flatnonzero(before.time[grid] >= command.start - _BEFORE * end)[::kept]
+    found = {name: (before[full][grid[late]], after[full][same[late]]) for name, full in names.items()}
+    return Responses(case, values, before.time[grid[late]] - command.start, found, {name: plant.unit(name) for name in names})
+
+
+def _on_grid(time: np.ndarray, step: float) -> np.ndarray:
+    """Rows at the communication points, the last one at each; there are others at events, of which each is a step, too."""
+    numbers = np.round(time / step)
+    on = np.flatnonzero((np.abs(time - numbers * step) <= _SAME_TIME * step) | (time == time[-1]))
+    return on[np.flatnonzero(np.diff(time[on], append=np.inf) > 0.0)]

@@ -164,10 +164,10 @@ class ShapedRuns:
         system, last = wanted.system, wanted.end
         given = {self.plant.full(name): value for name, value in values.items()}
         exact = treat_events(system, None).exact
-        with Simulation(system, record=self.outputs) as simulation:  # a new one: not every FMU is like new after its reset
-            found = simulation.run(
-                last + window, self.step, start_values=given, everywhere=exact, **self._command.stepping(self.plant)
-            )  # fmt: skip
+        options = {"start_values": given, "everywhere": exact, **self._command.stepping(self.plant)}
+        with self.plant.meter.run() as made, Simulation(system, record=self.outputs) as simulation:
+            made.append(simulation.run(last + window, self.step, **options))  # a new one: not every FMU is like new after its reset
+        found = made[0]
         begin = last if exact else last + self.step  # without events the change comes a step later
         after = int(np.searchsorted(found.time, begin + _SAME_TIME * self.step, "right"))
         at = min(after - 1, int(np.searchsorted(found.time, last - _SAME_TIME * self.step))) if exact else after - 1

@@ -1,0 +1,142 @@
+"""Counts what experiments on a plant cost: steps, runs and time of each part of the work."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import numpy as np
+
+from shaper_fmu.errors import SimulationError
+from shaper_fmu.master.results import Results
+
+Part = Literal["settle", "look", "excite", "linearize", "choose", "verify"]
+"""settle: until the plant rests; look: the survey; excite: the experiments from which the modes come; linearize: the comparison
+with the FMU's linearization; choose: the designs, without the plant; verify: the plant behind the shaper."""
+PARTS: tuple[Part, ...] = get_args(Part)
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a part of the work has cost.
+
+    Attributes:
+        steps: communication steps of the plant; a step that ends at an event is one, too.
+        runs: of the plant.
+        seconds: wall time of the part [s], with all that was reckoned; of worker processes the sum.
+        stepping: of them within the steps [s], where that was measured.
+    """
+
+    steps: int = 0
+    runs: int = 0
+    seconds: float = 0.0
+    stepping: float = 0.0
+
+    def __add__(self, other: Effort) -> Effort:
+        return Effort(
+            self.steps + other.steps, self.runs + other.runs, self.seconds + other.seconds, self.stepping + other.stepping
+        )
+
+
+class Meter:
+    """Counts the steps of a plant, and the time, by the part of the work at which they are taken.
+
+    Attributes:
+        efforts: by part, in the order of `PARTS`.
+    """
+
+    def __init__(self) -> None:
+        self._efforts: dict[Part, Effort] = {}
+        self._parts: list[Part] = []
+        self._since: float = 0.0
+
+    @property
+    def efforts(self) -> dict[Part, Effort]:
+        """What each part has cost so far, in the order of `PARTS`; those that have not begun are left out."""
+        return {name: self._efforts[name] for name in PARTS if name in self._efforts}
+
+    @property
+    def whole(self) -> Effort:
+        """The sum of all parts."""
+        return sum(self._efforts.values(), Effort())
+
+    @contextmanager
+    def part(self, name: Part) -> Iterator[None]:
+        """Count what follows to this part; within another one, to this one alone."""
+        self._pause()
+        self._parts.append(name)
+        self._efforts.setdefault(name, Effort())
+        try:
+            yield
+        finally:
+            self._pause()
+            self._parts.pop()
+
+    @contextmanager
+    def run(self) -> Iterator[list[Results]]:
+        """Count a run of the plant, whose results are to be put into the list; one that fails counts with what it recorded."""
+        made: list[Results] = []
+        try:
+            yield made
+        except SimulationError as error:
+            made += [error.results] if error.results is not None else []
+            raise
+        finally:
+            steps = sum(steps_of(one) for one in made)
+            self.add(steps, sum(one.stepping_time for one in made))
+
+    def add(self, steps: int, stepping: float = 0.0) -> None:
+        """Count a run of so many steps; outside of all parts it belongs to none, and is not counted."""
+        if self._parts:
+            self._add(self._parts[-1], Effort(steps, 1, 0.0, stepping))
+
+    def merge(self, efforts: Mapping[Part, Effort]) -> None:
+        """Count what another process has done, too."""
+        for name, effort in efforts.items():
+            self._add(name, effort)
+
+    def _add(self, name: Part, effort: Effort) -> None:
+        self._efforts[name] = self._efforts.get(name, Effort()) + effort
+
+    def _pause(self) -> None:
+        """Give the time since the last call to the part at work."""
+        now = time.perf_counter()
+        if self._parts:
+            self._add(self._parts[-1], Effort(seconds=now - self._since))
+        self._since = now
+
+
+def steps_of(results: Results) -> int:
+    """Steps between the recorded times; at an event, where both sides are recorded, time stands still."""
+    return int(np.count_nonzero(np.diff(results.time) > 0.0))
+
+
+def without_seconds(efforts: Mapping[Part, Effort]) -> dict[Part, Effort]:
+    """The same with what is equal each time: the numbers of steps and runs."""
+    return {name: replace(one, seconds=0.0, stepping=0.0) for name, one in efforts.items()}
+
+
+def effort_words(efforts: Mapping[Part, Effort]) -> str:
+    """What the parts have cost, in a sentence; "" without steps."""
+    whole = sum(efforts.values(), Effort())
+    if not whole.steps:
+        return ""
+    parts = [f"{name} {one.steps:,}" if one.steps else name for name, one in efforts.items()]
+    times = [f"{_seconds(one.seconds)}" for one in efforts.values()]
+    told = ", ".join(f"{part} ({taken})" for part, taken in zip(parts, times, strict=True))
+    cost = f", {_seconds(whole.stepping / whole.steps)} each" if whole.stepping else ""
+    return f"the plant took {whole.steps:,} steps{cost}, {_seconds(whole.seconds)} in all: {told}"
+
+
+def _seconds(seconds: float) -> str:
+    """A time with a unit that suits it, to two digits."""
+    if seconds >= 120.0:
+        minutes, rest = divmod(round(seconds), 60)
+        return f"{minutes} min {rest} s"
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if seconds >= size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds / 1e-6:.2g} us"

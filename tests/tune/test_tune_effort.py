@@ -1,0 +1,61 @@
+"""What a tuning costs: the steps that it tells are those that an FMU counts itself, and they are few."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from command_line import typed
+from counted_spring import counted_spring, steps_counted
+
+from shaper_fmu.tune.meter import PARTS, Effort, Meter, effort_words
+from shaper_fmu.tune.tuning import requirements_for
+from shaper_fmu.tune.tuning_plant import tune_plant
+
+
+@pytest.fixture(scope="module")
+def spring(tmp_path_factory) -> Path:
+    return counted_spring(tmp_path_factory.mktemp("counted"))
+
+
+def test_every_step_is_told(spring, tmp_path, monkeypatch):
+    """An FMU of pythonfmu's counts the calls of its do_step; a linear mode with three points of a range."""
+    counted = steps_counted(tmp_path, monkeypatch)
+    arguments = ("--input", "force", "--output", "position", "--vary", "mass=10%", "--no-report", "--output-folder", "out")
+    done = typed("tune", spring, *arguments, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    effort = json.loads((tmp_path / "out" / "tuning.json").read_text())["effort"]
+    assert effort["steps"] == counted()
+    assert effort["steps"] == sum(part["steps"] for part in effort["parts"].values())
+    assert set(effort["parts"]) <= set(PARTS)
+    assert {name for name, part in effort["parts"].items() if part["steps"]} == {"settle", "look", "excite", "verify"}
+    assert all(part["seconds"] >= part["stepping"] >= 0.0 for part in effort["parts"].values())
+    assert f"the plant took {effort['steps']:,} steps" in " ".join(done.stderr.split())
+
+
+def test_the_parts_of_an_effort_add_up():
+    meter = Meter()
+    meter.add(5)  # no part of the work
+    with meter.part("look"):
+        meter.add(3, 0.25)
+        with meter.part("excite"):
+            meter.add(4)
+        meter.add(2)
+    efforts = meter.efforts
+    assert (efforts["look"].steps, efforts["look"].runs, efforts["look"].stepping) == (5, 2, 0.25)
+    assert (efforts["excite"].steps, efforts["excite"].runs) == (4, 1)
+    assert meter.whole.steps == 9
+    words = effort_words({"look": Effort(3000, 3, 240.0, 15.0), "choose": Effort(0, 0, 1.5)})
+    assert words == "the plant took 3,000 steps, 5 ms each, 4 min 2 s in all: look 3,000 (4 min 0 s), choose (1.5 s)"
+    assert effort_words({"choose": Effort(0, 0, 1.5)}) == ""
+
+
+def test_a_report_tells_the_steps(spring):
+    from shaper_fmu.page.blocks import Table
+    from shaper_fmu.report.tune.report import tuning_blocks
+
+    found = tune_plant(spring, "force", ["position"], requirements=requirements_for({}))
+    (table,) = (one for one in tuning_blocks(found) if isinstance(one, Table) and "time" in one.title)
+    assert [row[0] for row in table.rows] == [*found.efforts, "all"]
+    assert table.rows[-1][1] == str(sum(one.steps for one in found.efforts.values()))
