@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -53,6 +54,8 @@ class Plant:
         self.alone: bool = not isinstance(source, System)
         self.named: bool = bool(outputs)
         """Whether its outputs were named."""
+        self.longest_step: float = math.inf
+        """Communication step above which its solver diverges [s], where an experiment has met that; the runs keep to it."""
         self.input: str = self.full(input)
         port = self._system.split(self.input)
         variable = self._system.fmus[port[0]].variable(port[1], "input")

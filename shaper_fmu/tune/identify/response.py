@@ -34,6 +34,12 @@ _OWN_STEPS = 6
 _DIVIDED = 8
 _JUST_BEFORE = 1.0 - 1e-7
 """Communication points come just before the FMU's own, so that rounding does not decide whether it takes a step."""
+_QUARTERINGS = 6
+"""Of the communication step, until it is stable."""
+_RETRIES = 3
+"""Quarterings of the communication step, where an excited plant fails."""
+_GROWING = 1.5
+"""Motion without excitation in the last window over that in the first one, from which on shorter steps are tried."""
 _WORTH = 0.1
 """Share of a run's steps in which the plant settles, from which on states are saved."""
 
@@ -73,6 +79,7 @@ class Experiment:
     grid: float = 0.0
     settling: Settling = field(init=False)
     _rests: dict[tuple[float, ...], np.ndarray] = field(default_factory=dict)
+    _fails_at_shorter_steps: bool = False
 
     def __post_init__(self) -> None:
         self.settling = Settling(self.plant.meter)
@@ -105,7 +112,7 @@ class Experiment:
         moved = np.ones((1, 3))
         for k in range(_MOST_DOUBLINGS + 1):
             settled = (2.0**k - 1.0) * window
-            moved = self._motion(settled, window)
+            moved = self._stable_motion(settled, window)
             if (moved[:, 0] <= (_AT_REST * moved[:, 1] if k else 1e-9 * moved[:, 2])).all():
                 self.settle_time = settled
                 return None
@@ -117,14 +124,55 @@ class Experiment:
             "responses are differences to that motion"
         )
 
+    def _stable_motion(self, settled: float, window: float) -> np.ndarray:
+        """As `_motion`, with communication steps so short that they do not make the motion grow: see `Plant.longest_step`.
+
+        An explicit solver that takes the communication step for its own (Euler's method) diverges above some length of it. A plant
+        that grows or fails at shorter steps, too, keeps the step that it had.
+        """
+        coarse, before = self._motion_or_failure(settled, window), self.plant.longest_step
+        while not self.grid and (isinstance(coarse, SimulationError) or self._grows(coarse)):
+            begun, seen = self.plant.longest_step, coarse
+            for _ in range(_QUARTERINGS):
+                self.plant.longest_step = 0.25 * min(self.plant.longest_step, window / _LOOKED)
+                seen = self._motion_or_failure(settled, window)
+                if not isinstance(seen, SimulationError) or not isinstance(coarse, SimulationError):
+                    break
+            if isinstance(seen, SimulationError) or (not isinstance(coarse, SimulationError) and not _is_calmer(seen, coarse)):
+                self.plant.longest_step = begun
+                break
+            coarse = seen
+        if isinstance(coarse, SimulationError):
+            self.plant.longest_step = before
+            raise coarse
+        if self.plant.longest_step < before and not self._grows(coarse):
+            self.plant.longest_step *= 0.25  # one that is just stable has all but no damping
+            coarse = self._motion(settled, window)
+        return coarse[:, :3]
+
+    def _motion_or_failure(self, settled: float, window: float) -> np.ndarray | SimulationError:
+        try:
+            return self._motion(settled, window)
+        except SimulationError as error:
+            return error
+
+    @staticmethod
+    def _grows(moved: np.ndarray) -> bool:
+        return bool((moved[:, 0] > _GROWING * moved[:, 3]).any())
+
     def _motion(self, settled: float, window: float) -> np.ndarray:
-        """Peak-to-peak values over `window` after `settled` [s] and in all, and magnitudes, without excitation; shape (m, 3)."""
+        """Without excitation peak-to-peak values over `window` after `settled` [s] and in all, magnitudes, and peak-to-peak values
+        over the first `window`; shape (m, 4)."""
         rest = np.array([[0.0, self.rest]])
         step = self.on_grid(window / _LOOKED)
-        values = self.plant.run(rest, settled + window, step, self.point)[1]
+        values = self.plant.run(rest, settled + window, step, self.point, self._divided(step))[1]
         size = np.maximum(np.abs(values).max(axis=0), 1e-300)
-        late = np.ptp(values[round(settled / step) :], axis=0)
-        return np.column_stack([late, np.maximum(np.ptp(values, axis=0), 1e-9 * size), size])
+        late, early = np.ptp(values[round(settled / step) :], axis=0), np.ptp(values[: round(window / step) + 1], axis=0)
+        return np.column_stack([late, np.maximum(np.ptp(values, axis=0), 1e-9 * size), size, np.maximum(early, 1e-9 * size)])
+
+    def _divided(self, step: float) -> int:
+        """Communication steps in a step of samples: as many as the plant needs to be stable."""
+        return max(1, math.ceil(step / self.plant.longest_step - 1e-9))
 
     def excitation(self, kind: Any, amplitude: float, width: float, grid: float) -> Excitation:
         """An excitation once the plant has settled, at a multiple of the `grid` [s]."""
@@ -132,9 +180,29 @@ class Experiment:
         return Excitation(kind, amplitude, width, start, self.rest, grid)
 
     def difference(self, excitation: Excitation, step: float, samples: int, substeps: int = 1) -> np.ndarray:
-        """Outputs less those without excitation from a step after its end on, shape (samples, m). The end is on the grid."""
+        """Outputs less those without excitation from a step after its end on, shape (samples, m). The end is on the grid.
+
+        Where that fails, shorter communication steps are tried, once for all: see `Plant.longest_step`.
+        """
+        try:
+            return self._difference(excitation, step, samples, substeps)
+        except SimulationError:
+            before = self.plant.longest_step
+            if self.grid or self._fails_at_shorter_steps:
+                raise
+            for k in range(1, _RETRIES + 1):
+                self.plant.longest_step = min(before, step / substeps) * 0.25**k
+                try:
+                    return self._difference(excitation, step, samples, substeps)
+                except SimulationError:
+                    continue
+            self.plant.longest_step, self._fails_at_shorter_steps = before, True
+            raise
+
+    def _difference(self, excitation: Excitation, step: float, samples: int, substeps: int) -> np.ndarray:
         first = round(excitation.end / step) + 1
         stop = (first + samples - 1) * step
+        substeps *= self._divided(step)
         key = (step, stop, substeps, excitation.rest)
         unexcited = np.array([[0.0, excitation.rest]])
         if key not in self._rests:
@@ -214,7 +282,8 @@ class Experiment:
         samples, substeps, order, rises = len(found.values), 1, 0, 0
         coarse, previous = found.values, math.inf
         best, least, share = found.values, math.inf, 1.0
-        while not self.grid and substeps < _MOST_SUBSTEPS and rises < _MOST_RISES:
+        most = _MOST_SUBSTEPS / self._divided(step)
+        while not self.grid and substeps < most and rises < _MOST_RISES:
             substeps *= 2
             fine = self.difference(found.excitation, step, samples, substeps)
             if max(np.abs(fine).max(), np.abs(coarse).max()) >= _HUGE:  # so coarse a step makes it diverge
@@ -240,6 +309,12 @@ class Experiment:
         known = found.error * _rms(best) / np.maximum(_rms(found.values), 1e-300)  # too coarse a response may be far too large
         error = np.hypot(known, share * change * _rms(best))
         return replace(found, values=best, error=error, coupling=share * change)
+
+
+def _is_calmer(fine: np.ndarray, coarse: np.ndarray) -> bool:
+    """Whether what grew at a coarse step grows much less at a fine one."""
+    grown = coarse[:, 0] > _GROWING * coarse[:, 3]
+    return bool((fine[grown, 0] * coarse[grown, 3] < 0.7 * coarse[grown, 0] * fine[grown, 3]).all())
 
 
 def _rms(values: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,6 +32,11 @@ _AT_REST = 0.1
 STAYS = 1e-3
 """Share of the tolerance by which halving the step may change a share."""
 _MOST_HALVINGS = 7
+_FIRST_ORDER = 0.4, 0.6
+"""Change by halving the step, over the change before, of a solver of the first order: what remains is as much again."""
+_NEAR = 10.0
+"""Times what `STAYS` allows: such a solver is not driven further, since each halving doubles the time."""
+_SURELY = 1.0 + 1e-9
 _MOST_RISES = 2
 _SAME_TIME = 1e-6
 """Share of a step by which times may differ that are the same."""
@@ -84,7 +90,9 @@ class ShapedRuns:
     ):
         self.plant: Plant = plant
         self.outputs: list[str] = [self.plant.full(name) for name in outputs]
-        self.step: float = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes) / _STEPS_PER_PERIOD
+        fastest = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes)
+        self.step: float = min(fastest / _STEPS_PER_PERIOD, plant.longest_step)
+        self._finest = fastest / _STEPS_PER_PERIOD * 0.5**_MOST_HALVINGS
         self._window = _PERIODS * 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
         self._tolerance = tolerance
         self._command = command
@@ -138,11 +146,12 @@ class ShapedRuns:
     def refine(self, found: Measured) -> float:
         """Halve the step until the shares at the nominal point stay, twice; by how much halving the step has changed them.
 
-        Where shorter steps are no better, since solvers of FMUs err with each, the step that has changed least is taken.
+        A solver of the first order (Euler's method) ends sooner, with an uncertainty. Where shorter steps are no better, since
+        solvers of FMUs err with each, the step that has changed least is taken.
         """
         changes: list[tuple[float, float]] = []  # by halving to a step [s]
         rises, limit = 0, STAYS * self._tolerance
-        while len(changes) < _MOST_HALVINGS and rises < _MOST_RISES:
+        while (self.step > _SURELY * self._finest or not changes) and rises < _MOST_RISES:
             self.step *= 0.5
             coarse, found = found, self.measured({})
             change = max(abs(a - b) for a, b in zip(coarse.shares, found.shares, strict=True))
@@ -151,6 +160,8 @@ class ShapedRuns:
             if len(changes) > 1 and max(changes[-2:])[0] <= limit:
                 self.step = changes[-2][1]
                 return changes[-2][0]
+            if len(changes) > 2 and change <= _NEAR * limit and _is_first_order([one[0] for one in changes[-3:]]):
+                return change
         least, self.step = min(changes)
         return least
 
@@ -174,3 +185,8 @@ class ShapedRuns:
         firsts = [after if self.plant.follows(name) else at for name in self.outputs]
         half = 0.5 * wanted.scale
         return [half * float(np.ptp(found[name][first:])) for name, first in zip(self.outputs, firsts, strict=True)]
+
+
+def _is_first_order(changes: Sequence[float]) -> bool:
+    low, high = _FIRST_ORDER
+    return all(low * a <= b <= high * a for a, b in itertools.pairwise(changes))
