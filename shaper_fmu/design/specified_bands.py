@@ -48,7 +48,7 @@ def specified_insensitivity(
     damping_ratio: float = 0.0,
     bands: Sequence[Band] | None = None,
 ) -> ImpulseSequence:
-    """Shortest sequence of positive impulses with V <= tolerance for all natural frequencies in [low, high] [rad/s].
+    """Shortest sequence of positive impulses with V <= tolerance for all natural frequencies from low to high, in rad/s.
 
     Args:
         low: lowest natural frequency [rad/s].

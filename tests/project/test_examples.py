@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 import re
 import subprocess
@@ -72,6 +73,29 @@ def check_one_fmu(printed: str) -> None:
     assert left[1] > 5.0
 
 
+def check_which_shaper(said: str) -> None:
+    """The rows are the page's, and ZV and ZVD those of Singer and Seering (1990): [1, K] / (1 + K) half a damped period apart, and twice.
+
+    The sweep's are half of peak to peak, between which the vibration decays by exp(-zeta pi): within 6 %.
+    """
+    rows = {line.split("|")[1].strip(): line for line in said.splitlines() if line.startswith("| `")}
+    page = (EXAMPLES[0].parents[1] / "docs" / "which_shaper.md").read_text(encoding="utf-8")
+    assert len(rows) == 10
+    assert [line for line in page.splitlines() if line in rows.values()] == list(rows.values())
+    zeta = 0.02
+    for kind, power in (("`zv`", 1), ("`zvd`", 2)):
+        printed = [float(cell.strip(" %")) for cell in rows[kind].split("|")[4:8]]
+        expected = [100.0 * abs(two_impulses(r, zeta)) ** power for r in (0.95, 0.9, 0.8, 0.7)]
+        assert printed == pytest.approx(expected, rel=0.06, abs=0.06)
+
+
+def two_impulses(r: float, zeta: float) -> complex:
+    """What ZV leaves at its last impulse, of a mode whose frequency is r times the designed one."""
+    damped = math.sqrt(1.0 - zeta**2)
+    k = math.exp(-zeta * math.pi / damped)
+    return (cmath.exp((-zeta + 1j * damped) * r * math.pi / damped) + k) / (1.0 + k)
+
+
 CHECKS = {
     "01_shaped_step": check_shaped_step,
     "02_order_of_convergence": check_order_of_convergence,
@@ -80,6 +104,7 @@ CHECKS = {
     "05_tune_a_plant": check_tune_a_plant,
     "06_model_exchange": check_model_exchange,
     "07_one_fmu": check_one_fmu,
+    "08_which_shaper": check_which_shaper,
 }
 
 
