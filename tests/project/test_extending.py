@@ -1,4 +1,4 @@
-"""docs/extending.md: its files, found by entry point in a folder outside of the package, in all that follows from a method."""
+"""docs/extending.md and extending_more.md: their files, found by entry point in a folder outside of the package, in all that follows from a method."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sweep_cases import runs_of
 from shaper_fmu.design.method_tables import with_tables
 from shaper_fmu.errors import StudyError
 
-PAGE = (Path(__file__).parents[2] / "docs" / "extending.md").read_text()
+PAGE = "".join((Path(__file__).parents[2] / "docs" / name).read_text() for name in ("extending.md", "extending_more.md"))
 W, ZETA, LATE = 5.0, 0.05, 2
 
 
