@@ -30,7 +30,7 @@ import math
 import os
 import re
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, ClassVar
 
 from shaper_fmu.errors import ArgumentError, ComponentError, nearest
@@ -159,6 +159,9 @@ class Component:
         if variable.size is None:
             setattr(self, variable.name, self._converted(variable, value))
             return
+        if not match and (isinstance(value, str) or not isinstance(value, Iterable)):
+            what = f"{name} is an array of {variable.size} elements, not {value!r}"
+            raise ComponentError(f"{type(self).__name__}: {what}; give a list, or one element: {name}[1]")
         values, offset = ([value], int(match[2]) - 1) if match else (list(value), 0)
         if not 0 <= offset <= variable.size - len(values):
             raise ComponentError(f"{type(self).__name__}: {name} takes elements 1 to {variable.size}, not {offset + len(values)}")
@@ -173,9 +176,12 @@ class Component:
                     f"{type(self).__name__}: {value!r} is not a value of {variable.name}.{nearest(value, kind.__members__)}"
                 )
             return kind[value]
-        if isinstance(value, str) or (kind is not float and value != int(value)):
-            raise ComponentError(f"{type(self).__name__}: {variable.name} = {value!r} is not of type {kind.__name__}")
-        return int(value) if issubclass(kind, enum.IntEnum) else kind(value)
+        try:
+            if not isinstance(value, str) and (kind is float or value == int(value)):
+                return int(value) if issubclass(kind, enum.IntEnum) else kind(value)
+        except (TypeError, ValueError, OverflowError):  # a list for a scalar, None, an integer of nan
+            pass
+        raise ComponentError(f"{type(self).__name__}: {variable.name} = {value!r} is not of type {kind.__name__}")
 
     def initialize(self, time: float = 0.0) -> None:
         """Check the parameters, then compute states and outputs at `time` [s] from scratch. Raises ComponentError."""

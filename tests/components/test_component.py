@@ -162,3 +162,21 @@ def test_units_are_base_unit_exponents(text, exponents, factor):
 def test_an_unknown_unit_is_refused():
     with pytest.raises(ComponentError, match="'Nm' is not a known unit symbol"):
         parse_unit("Nm/rad")
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("damping_ratio", 0.1, r"an array of 4 elements, not 0.1; give a list, or one element: damping_ratio\[1\]"),
+        ("damping_ratio", "0.1", "an array of 4 elements, not '0.1'"),
+        ("damping_ratio", None, "an array of 4 elements, not None"),
+        ("vibration_tolerance", [0.1], r"vibration_tolerance = \[0.1\] is not of type float"),
+        ("vibration_tolerance", None, "vibration_tolerance = None is not of type float"),
+        ("shape_mode", [[1.0], True], "is not of type bool"),
+        ("shaper", math.nan, "shaper = nan is not of type"),
+        ("shaper", math.inf, "shaper = inf is not of type"),
+    ],
+)
+def test_a_value_of_another_shape_or_type_is_refused_by_name(name, value, said):
+    with pytest.raises(ComponentError, match=said):
+        InputShaper().set(name, value)
