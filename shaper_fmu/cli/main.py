@@ -17,6 +17,7 @@ from shaper_fmu.cli.check import check
 from shaper_fmu.cli.design import design
 from shaper_fmu.cli.ends import Commands, sigterm_heard
 from shaper_fmu.cli.info import info
+from shaper_fmu.cli.live import live
 from shaper_fmu.cli.new import app as new
 from shaper_fmu.cli.pack import pack
 from shaper_fmu.cli.paths import begin as paths_begin
@@ -77,6 +78,7 @@ app.command("build")(build)
 app.command("check")(check)
 app.command("info")(info)
 app.command("design")(design)
+app.command("live")(live)
 app.command("reproduce")(reproduce)
 app.command("tune")(tune)
 app.command("pack")(pack)

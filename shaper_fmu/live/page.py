@@ -1,0 +1,118 @@
+"""Writes the live page: one file with the kernels as WebAssembly, the charts and the examples."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from shaper_fmu.component import Component
+from shaper_fmu.drafts import draft_of
+from shaper_fmu.errors import ShaperFmuError
+from shaper_fmu.export.wasm import LOADER, layout, wasm_module
+from shaper_fmu.kinds.profiles import PROFILES
+from shaper_fmu.kinds.pulses import PULSES
+from shaper_fmu.kinds.shapers import SHAPERS
+from shaper_fmu.live.curves import MoveCurve, PulseCurve, ShaperCurve
+from shaper_fmu.live.floor_table import TABLE
+from shaper_fmu.live.plants import Plant, plant_of, usual_plants
+from shaper_fmu.live.presets import presets
+from shaper_fmu.page.chart import chart_script, chart_style
+from shaper_fmu.registry import find_component
+from shaper_fmu.version import __version__
+
+_STATIC = Path(__file__).parent / "static"
+_SCRIPTS = ("simulate.js", "state.js", "controls.js", "copies.js", "draw.js", "page.js")
+_COMMANDS = ("InputShaper", "MotionProfile", "PulseTrain", "PositionController")
+_LEFT_OUT = ("step", "fastest")
+"""Profiles that the page has in another way, or that have to be designed by optimisation first."""
+_BEGIN = """\
+(async () => {
+  const page = JSON.parse(document.getElementById("data").textContent);
+  const compiled = Object.entries(page.kernels).map(async ([name, { module, layout }]) => {
+    const bytes = Uint8Array.from(atob(module), (letter) => letter.charCodeAt(0));
+    return [name, { module: await WebAssembly.compile(bytes), layout }];
+  });
+  const kernels = Object.fromEntries(await Promise.all(compiled));
+  globalThis.live = new LivePage(page, new Studio({ kernels, plants: page.plants }));
+})();
+"""
+
+
+def write_live_page(path: Path | str, own: Sequence[type[Component]] = ()) -> Path:
+    """Write the page, and return its path.
+
+    Args:
+        path: of the page; it ends with .html.
+        own: further components as plants, such as a user's own; the first one is shown at the start.
+
+    Raises:
+        ShaperFmuError: for another ending, for a component that cannot be a plant, and for what does not compile.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise ShaperFmuError(f"{path}: this is a page, and its file's name ends with .html")
+    plants = plants_of(own)
+    first = own[0].__name__ if own else next(iter(plants))
+    text = jinja2.Template(_STATIC.joinpath("page.html").read_text(encoding="utf-8")).render(
+        style="\n".join([chart_style(), _text("page.css")]),
+        script="\n".join([chart_script(), LOADER.read_text(encoding="utf-8"), *map(_text, _SCRIPTS)]),
+        data=json.dumps(page_data(plants, first), separators=(",", ":")).replace("</", "<\\/"),
+        begin=_BEGIN,
+        version=f"shaper-fmu {__version__}",
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with draft_of(path) as draft:
+        draft.write_text(text, encoding="utf-8")
+    return path
+
+
+def plants_of(own: Sequence[type[Component]] = ()) -> dict[str, Plant]:
+    """The usual plants and a user's own, by the components' names; where one has a usual one's name, it takes its place."""
+    found = {plant.component.__name__: plant for plant in usual_plants()}
+    known = {plant.component for plant in found.values()}
+    return found | {component.__name__: plant_of(component) for component in own if component not in known}
+
+
+def page_data(plants: dict[str, Plant], first: str) -> dict[str, Any]:
+    """All that the page knows, as plain data: kernels, plants, choices, examples and the table of the floor."""
+    components = [
+        *map(find_component, _COMMANDS),
+        ShaperCurve,
+        MoveCurve,
+        PulseCurve,
+        *(plant.component for plant in plants.values()),
+    ]
+    usual = {plant.component.__name__: plant for plant in usual_plants()}
+    unchanged = {name: plant for name, plant in plants.items() if usual.get(name) == plant}
+    examples = [one for one in presets(usual) if one["state"]["plant"] in unchanged]
+    return {
+        "kernels": {component.__name__: _kernel(component) for component in components},
+        "plants": {name: plant.described() for name, plant in plants.items()},
+        "firstPlant": first,
+        "commands": [
+            {"title": "step", "items": [["step", "step"]]},
+            {"title": "motion profiles", "items": [[name, _words(name)] for name in PROFILES if name not in _LEFT_OUT]},
+            {"title": "pulse trains", "items": [[f"pulses:{name}", _words(name)] for name in PULSES]},
+        ],
+        "shapers": [["none", "none"], *([name, _words(name)] for name in SHAPERS)],
+        "timed": [name for name, record in PULSES.items() if record.timed],
+        "presets": examples,
+        "floor": json.loads(TABLE.read_text(encoding="utf-8")),
+    }
+
+
+def _kernel(component: type[Component]) -> dict[str, Any]:
+    return {"module": base64.b64encode(wasm_module(component)).decode(), "layout": layout(component)}
+
+
+def _text(name: str) -> str:
+    return _STATIC.joinpath(name).read_text(encoding="utf-8")
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")

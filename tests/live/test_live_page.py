@@ -1,0 +1,340 @@
+"""The live page in a browser: it loads without a network, every control does what it says, by mouse, keyboard and finger."""
+
+from __future__ import annotations
+
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from browser import Browser, browser, needs_chromium
+from command_line import typed
+
+from shaper_fmu.commands.input_shaper import InputShaper
+from shaper_fmu.live.page import write_live_page
+
+pytestmark = needs_chromium
+OWN = '''\
+"""A drive of one's own."""
+
+from shaper_fmu.component import Component, Input, Output, Parameter, State
+
+
+class Drive(Component):
+    """First order: T v' + v = u."""
+
+    setpoint = Input("m/s", "speed wanted")
+    time_constant = Parameter(0.2, "s", "time constant", min=0.0, exclusive=True)
+    speed = Output("m/s", "speed")
+
+    def step(self, t, h):
+        n = 4
+        for _ in range(n):
+            self.speed += h / n * (self.setpoint - self.speed) / self.time_constant
+'''
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory) -> Path:
+    return write_live_page(tmp_path_factory.mktemp("page") / "live.html")
+
+
+@pytest.fixture(scope="module")
+def chromium(tmp_path_factory):
+    with browser(tmp_path_factory.mktemp("chromium")) as opened:
+        yield opened
+
+
+def opened(chromium: Browser, page: Path, hash_: str = "", **window) -> Browser:
+    chromium.open(page.as_uri() + hash_, **window)
+    chromium.until("globalThis.live !== undefined && live.result !== undefined")
+    return chromium
+
+
+def state(chromium: Browser) -> dict:
+    return chromium.run("live.state")
+
+
+PICTURES = "['impulses', 'sensitivity', 'command', 'response'].map((key) => JSON.stringify(live.charts[key].plot.data) + JSON.stringify(live.charts[key].extras))"
+
+
+def numbers_of(kept: dict) -> list[float]:
+    """All numbers of a state."""
+    return [x for value in kept.values() for x in (value if isinstance(value, list) else [value]) if isinstance(x, int | float)]
+
+
+def pictures(chromium: Browser) -> dict[str, str]:
+    return dict(zip(("impulses", "sensitivity", "command", "response"), chromium.run(PICTURES), strict=True))
+
+
+def select(chromium: Browser, name: str, value: str) -> None:
+    """As a user does: the choice, then the browser's event."""
+    element = f"document.getElementById({json.dumps(name)})"
+    chromium.run(f"{element}.value = {json.dumps(value)}; {element}.dispatchEvent(new Event('change', {{ bubbles: true }}))")
+    assert chromium.run(f"{element}.value") == value
+
+
+def changed(chromium: Browser, before: dict[str, str]) -> set[str]:
+    return {key for key, drawn in pictures(chromium).items() if drawn != before[key]}
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("width", [1400, 400])
+def test_it_loads_from_a_file_without_complaint_or_network(chromium, page, width, dark):
+    opened(chromium, page, width=width, height=900, dark=dark, touch=width == 400)
+    assert chromium.console == []
+    assert chromium.requests == []
+    assert chromium.run("document.documentElement.scrollWidth - innerWidth") == 0
+    assert chromium.run("getComputedStyle(document.body).backgroundColor") == ("rgb(21, 24, 28)" if dark else "rgb(255, 255, 255)")
+    drawn = "[...document.querySelectorAll('.chart canvas')].map((c) => new Set(c.getContext('2d').getImageData(0, 0, c.width, c.height).data).size)"
+    assert all(colours > 20 for colours in chromium.run(drawn))
+    assert len(chromium.run(drawn)) == 4
+
+
+def test_it_names_nothing_to_load(page):
+    loaded: list[str] = []
+
+    class Page(HTMLParser):
+        def handle_starttag(self, tag, attrs):
+            loaded.extend(value for name, value in attrs if name in ("src", "href", "srcset", "data") and value)
+
+    Page().feed(page.read_text())
+    assert loaded == []
+    assert "default-src 'none'" in page.read_text()
+
+
+SLIDERS = {
+    "size": {"command", "response"},
+    "tolerance": {"sensitivity"},
+    "frequency-1": {"impulses", "sensitivity", "command", "response"},
+    "damping-1": {"impulses", "sensitivity", "command", "response"},
+    "plant-0": {"response", "sensitivity"},
+    "plant-1": {"response"},
+    "plant-2": {"response", "sensitivity"},
+}
+"""What each slider changes, at the start: a ZVD shaper, a step, a mass."""
+
+
+@pytest.mark.parametrize("key", SLIDERS)
+def test_a_slider_moved_by_keys_changes_what_it_should(chromium, page, key):
+    opened(chromium, page)
+    before, was = pictures(chromium), state(chromium)
+    chromium.run(f"document.getElementById('slider-{key}').focus()")
+    for _ in range(3):
+        chromium.key("ArrowRight")
+    assert changed(chromium, before) == SLIDERS[key]
+    assert state(chromium) != was
+    assert float(chromium.run(f"document.getElementById('slider-{key}-number').value")) in numbers_of(state(chromium))
+
+
+def test_a_profile_has_its_sliders(chromium, page):
+    opened(chromium, page)
+    select(chromium, "command", "cycloid")
+    for key, expected in (("size", {"command", "response"}), ("duration", {"command", "response", "sensitivity"})):
+        before = pictures(chromium)
+        chromium.run(f"document.getElementById('slider-{key}').focus()")
+        chromium.key("ArrowLeft")
+        assert changed(chromium, before) == expected
+    select(chromium, "command", "pulses:carrier")
+    before = pictures(chromium)
+    chromium.run("document.getElementById('slider-carrier').focus()")
+    for _ in range(20):
+        chromium.key("ArrowRight")
+    assert changed(chromium, before) == {"command", "response", "sensitivity"}
+
+
+def test_choices_change_what_they_should(chromium, page):
+    opened(chromium, page)
+    for name, value, expected in (
+        ("shaper", "ei", {"impulses", "sensitivity", "command", "response"}),
+        ("command", "cycloid", {"sensitivity", "command", "response"}),
+        ("modes", "2", {"impulses", "sensitivity", "command", "response"}),
+        ("output", "1", {"response"}),
+        ("plant", "OverheadCrane", {"sensitivity", "command", "response"}),
+    ):
+        before = pictures(chromium)
+        select(chromium, name, value)
+        assert changed(chromium, before) == expected, name
+    assert chromium.run("document.querySelectorAll('#mode-sliders .slider').length") == 4
+    chromium.run("document.getElementById('believe').click()")
+    assert state(chromium)["frequency"] == [pytest.approx((9.81 / 5.0) ** 0.5, rel=1e-5)]
+    assert chromium.console == []
+
+
+def test_a_slider_is_dragged_with_the_mouse_and_with_a_finger(chromium, page):
+    opened(chromium, page, width=400, height=850, touch=True)
+    x, y, width, height = chromium.box("#slider-frequency-1")
+    middle = y + height / 2
+    was = state(chromium)["frequency"][0]
+    chromium.touch((x + width * 0.5, middle), (x + width * 0.8, middle))
+    assert state(chromium)["frequency"][0] > 2.0 * was
+    opened(chromium, page)
+    x, y, width, height = chromium.box("#slider-frequency-1")
+    chromium.drag((x + width * 0.5, y + height / 2), (x + width * 0.2, y + height / 2))
+    assert state(chromium)["frequency"][0] < 0.5 * was
+    assert len(chromium.run("live.took")) > 3  # redrawn on the way, not at its end alone
+
+
+def test_a_chart_zooms_shows_values_and_hides_lines_by_keys_and_mouse(chromium, page):
+    opened(chromium, page)
+    scale = "(({ min, max }) => [min, max])(live.charts.response.plot.scales.x)"
+    whole = chromium.run(scale)
+    x, y, width, height = chromium.box("#chart-response .u-over")
+    chromium.drag((x + width * 0.2, y + height / 2), (x + width * 0.6, y + height / 2))
+    zoomed = chromium.run(scale)
+    assert whole[0] < zoomed[0] < zoomed[1] < whole[1]
+    chromium.run("document.getElementById('slider-damping-1').focus()")
+    chromium.key("ArrowRight")
+    assert chromium.run(scale) == zoomed  # a zoom stays while a slider moves
+    chromium.run("document.querySelector('#chart-response .u-over').focus()")
+    chromium.key("Escape")
+    assert chromium.run(scale) == whole
+    chromium.key("ArrowRight")
+    chromium.until("/\\d/.test(document.querySelector('#chart-response .u-legend .u-value').textContent)")
+    chromium.run("document.querySelectorAll('#chart-response .u-legend th')[2].focus()")
+    chromium.key("Enter")
+    assert chromium.run("live.charts.response.plot.series.map((s) => s.show)") == [True, True, False]
+
+
+def test_everything_is_reached_by_the_tab_key(chromium, page):
+    opened(chromium, page)
+    reached = []
+    for _ in range(60):
+        chromium.key("Tab")
+        reached.append(
+            chromium.run("document.activeElement.id || document.activeElement.className || document.activeElement.textContent")
+        )
+    wanted = {
+        "presets",
+        "reset",
+        "link",
+        "copy-as",
+        "copy",
+        "command",
+        "shaper",
+        "modes",
+        "believe",
+        "plant",
+        "output",
+        "slider-frequency-1",
+        "u-over",
+    }
+    assert wanted <= set(reached)
+    assert reached.count("u-over") == 4
+
+
+def test_a_link_holds_the_state(chromium, page):
+    opened(chromium, page)
+    select(chromium, "shaper", "ei")
+    select(chromium, "modes", "2")
+    select(chromium, "command", "two_part")
+    select(chromium, "plant", "FlexibleBeam")
+    chromium.run("live.keepHash()")
+    link, kept = chromium.run("location.hash"), state(chromium)
+    shown = chromium.run("document.getElementById('numbers').textContent")
+    opened(chromium, page, link)
+    assert state(chromium) == kept
+    assert chromium.run("document.getElementById('numbers').textContent") == shown
+    assert chromium.run("document.getElementById('said').textContent") == ""
+
+
+def test_a_link_that_is_wrong_says_so(chromium, page):
+    opened(chromium, page, "#shaper=zvv&modes=10,2&plant=Rocket&tolerance=7&size=0.5")
+    said = chromium.run("document.getElementById('said').textContent")
+    for words in ("shaper zvv", "modes 10,2", "plant Rocket", "tolerance 7"):
+        assert words in said
+    assert state(chromium)["size"] == 0.5
+    assert state(chromium)["shaper"] == "zvd"
+
+
+def test_what_is_not_possible_is_said_and_the_former_picture_stays(chromium, page):
+    """A cycloid with a cruise leaves a mode at rest only if it takes longer than its period, here 2 pi / 5 s."""
+    opened(chromium, page)
+    before = pictures(chromium)
+    chromium.run("live.change({ command: 'cycloid_cruise', frequency: [5], damping: [0] }, true)")
+    assert "duration" in chromium.run("document.getElementById('problem').textContent")
+    assert not chromium.run("document.getElementById('problem').hidden")
+    assert pictures(chromium) == before
+    chromium.run("live.change({ duration: 3 }, true)")
+    assert chromium.run("document.getElementById('problem').hidden")
+
+
+def copied(chromium: Browser, kind: str) -> str:
+    select(chromium, "copy-as", kind)
+    return chromium.run("live.copyText()")
+
+
+@pytest.mark.parametrize("command", ["step", "cycloid", "pulses:carrier"])
+def test_what_is_copied_is_understood(chromium, page, command, tmp_path, capsys):
+    opened(chromium, page, f"#command={command}&shaper=ei&modes=8,0.05;21,0.02&tolerance=0.04")
+    duration = chromium.run("live.result.design.duration")
+    exec(compile(copied(chromium, "python"), "copied", "exec"), {})
+    assert float(capsys.readouterr().out.split()[0]) == pytest.approx(duration, abs=1e-12)
+    for line in copied(chromium, "command").splitlines():
+        done = typed(*line.split()[1:], cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+    assert f"{duration:.4f}"[:5] in typed(*copied(chromium, "command").splitlines()[0].split()[1:], cwd=tmp_path).stdout
+    rows = [line.split(",") for line in copied(chromium, "csv").splitlines()[1:]]
+    assert [float(row[0]) for row in rows] == chromium.run("live.result.design.delay")
+    assert sum(float(row[1]) for row in rows) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_the_parameter_set_gives_the_same_shaper(chromium, page):
+    from shaper_fmu.ssp.files import Files
+    from shaper_fmu.ssp.findings import Findings
+    from shaper_fmu.ssp.read import read_parameter_set
+
+    opened(chromium, page, "#shaper=two_hump_ei&modes=8,0.05;21,0.02&tolerance=0.04")
+    found = Files({"live.ssv": copied(chromium, "ssv").encode()}, Findings()).read("live.ssv", read_parameter_set)
+    assert found is not None
+    plain = InputShaper()
+    for one in found.parameters:
+        plain.set(one.name, one.value if one.type == "Enumeration" else float(one.value or "nan"))
+    plain.initialize(0.0)
+    assert plain.duration == pytest.approx(chromium.run("live.result.design.duration"), abs=1e-12)
+
+
+def test_klipper_makes_of_the_lines_what_the_page_shows(chromium, page):
+    """Its ZV and ZVD are the closed forms of a damped mode, too."""
+    import math
+
+    from shaper_fmu.machines.klipper import KLIPPER
+
+    for kind in ("zv", "zvd", "mzv"):
+        opened(chromium, page, f"#shaper={kind}&modes=200,0.1")
+        text = copied(chromium, "klipper")
+        values = dict(re.findall(r"^(\w+): (\S+)$", text, re.MULTILINE))
+        made = KLIPPER.shapers[values["shaper_type_x"]](float(values["shaper_freq_x"]), float(values["damping_ratio_x"]))
+        assert float(values["shaper_freq_x"]) == pytest.approx(200.0 / (2.0 * math.pi), rel=1e-6)
+        assert list(made.delays) == pytest.approx(chromium.run("live.result.design.delay"), rel=1e-5, abs=1e-9)
+        assert list(made.amplitudes) == pytest.approx(chromium.run("live.result.design.amplitude"), abs=2e-3)
+
+
+def test_a_component_of_ones_own_is_a_plant(chromium, tmp_path):
+    """T v' + v = u: after a long time at the command's end the speed is the command's."""
+    (tmp_path / "drive.py").write_text(OWN)
+    done = typed("live", "--plant", "drive.py", "--output", "own.html", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"own\.html: \d{3} kB", done.stdout.replace("\n", ""))
+    opened(chromium, tmp_path / "own.html")
+    assert state(chromium)["plant"] == "Drive"
+    assert chromium.run("document.querySelector('#plant-sliders label').textContent") == "time constant"
+    assert chromium.run("live.result.shaped.response.at(-1)") == pytest.approx(1.0, abs=1e-6)
+    before = pictures(chromium)
+    chromium.run("document.getElementById('slider-plant-0').focus()")
+    chromium.key("ArrowRight")
+    assert changed(chromium, before) == {"response"}
+    assert chromium.console == []
+
+
+def test_wrong_plants_and_outputs_are_refused(tmp_path):
+    for arguments, words in (
+        (("--plant", "MassSpringDampr"), "MassSpringDamper"),
+        (("--plant", "MotionProfile"), "no real input"),
+        (("--plant", "missing.py"), "missing.py"),
+        (("--output", "live.txt"), "live.txt"),
+    ):
+        done = typed("live", *arguments, cwd=tmp_path)
+        assert done.returncode == 2
+        assert words in done.stderr.replace("\n", " ")
