@@ -78,6 +78,11 @@ def output_file(*endings: str) -> Callback:
     return _each(lambda path: _unwritable(path, folder=False) or _wrong_ending(path, endings) or _missing_package(path), absolute)
 
 
+def output_page(path: Path) -> Path:
+    """Of a page that needs no package of the extra `report`, as `output_file` otherwise."""
+    return _each(lambda path: _unwritable(path, folder=False) or _wrong_ending(path, PAGE), absolute)(path)
+
+
 output_folder: Callback = _each(lambda path: _unwritable(path, folder=True), absolute)
 """Of a folder to be written to, which is made then if it is missing. Its path becomes absolute."""
 
