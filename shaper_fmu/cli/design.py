@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -121,6 +121,17 @@ def design(
         float, typer.Option(help="Largest acceleration of a profile [m/s2].", parser=check.positive)
     ] = NO_LIMIT,
     max_jerk: Annotated[float, typer.Option(help="Largest jerk of fastest [m/s3].", parser=check.positive)] = NO_LIMIT,
+    deflection_limit: Annotated[
+        list[float] | None,
+        typer.Option(
+            help="Largest deflection of the modes from the base on the way of fastest [m]; one for all, or one per mode.",
+            parser=check.positive,
+        ),
+    ] = None,
+    on_off_pulses: Annotated[
+        int,
+        typer.Option(min=0, max=12, help="With --deflection-limit: on/off pulses in place of a held deflection (default: none)."),
+    ] = 0,
     segments: Annotated[
         Path | None,
         typer.Option(
@@ -160,13 +171,23 @@ def design(
 
     si: specified insensitivity from --low to --high. direct_zv, direct_zvd: two modes at once, shorter than convolved.
     fastest: the fastest move without vibration of all modes (-w 5 -w 14), within limits of speed, acceleration and jerk, and a
-    proof that none is faster; from --low to --high it leaves at most --tolerance.
+    proof that none is faster; from --low to --high it leaves at most --tolerance; --deflection-limit is kept on the way.
     s_curve_modes: an S-curve without vibration of up to three modes (-w 5 -w 14), the shortest within the limits.
     With --low and --high, an upper bound of the residual vibration V is proven for all frequencies (and damping ratios) in between.
     With --modes, --tolerance is the share of the final values that may swing after the last impulse.
     Example: shaper-fmu design zvd --natural-frequency 5 --damping-ratio 0.1 --plot zvd.html
     Example: shaper-fmu design fastest -w 5 --max-velocity 1 --max-acceleration 3 --segments move.csv
     """
+    if kind != "fastest":
+        of_fastest = {
+            "--segments": segments is not None,
+            "--max-jerk": max_jerk < NO_LIMIT,
+            "--deflection-limit": deflection_limit,
+            "--on-off-pulses": on_off_pulses,
+        }
+        for option, given in of_fastest.items():
+            if given:
+                raise typer.BadParameter(f"this needs the kind fastest, not {kind}", param_hint=option)
     if modes is not None:
         if natural_frequency or damping_ratio:
             raise typer.BadParameter("it takes the place of --natural-frequency and --damping-ratio", param_hint="--modes")
@@ -179,10 +200,6 @@ def design(
             **{name: value for name, value in parameters.items() if name in OF_SHAPERS},
         )
         return
-    if kind != "fastest":
-        for option, given in (("--segments", segments is not None), ("--max-jerk", max_jerk < NO_LIMIT)):
-            if given:
-                raise typer.BadParameter(f"this needs the kind fastest, not {kind}", param_hint=option)
     if other or settling:
         raise typer.BadParameter("this needs --modes", param_hint="--or" if other else "--settling")
     wanted = _Wanted(
@@ -190,7 +207,8 @@ def design(
         damping_range, distance, duration, max_velocity, max_acceleration, max_jerk, frequency_ratio, minimum_pulse_width,
     )  # fmt: skip
     with check.wrong_usage():
-        move = _fastest(wanted, 0.0 if tolerance is None else tolerance) if kind == "fastest" else None
+        deflections = deflection_limit or []
+        move = _fastest(wanted, tolerance or 0.0, deflections, on_off_pulses) if kind == "fastest" else None
         blocks = _blocks(wanted) if move is None else _of_fastest(wanted, move)
     for block in blocks:
         if isinstance(block, Table):
@@ -203,7 +221,7 @@ def design(
         write_plot(plot, f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s", blocks)
 
 
-def _fastest(wanted: _Wanted, tolerance: float) -> FastestMove:
+def _fastest(wanted: _Wanted, tolerance: float, deflections: Sequence[float], pulses: int) -> FastestMove:
     if wanted.duration is not None:
         raise typer.BadParameter("the fastest move takes the time that it needs", param_hint="--duration")
     if wanted.damping is not None:
@@ -214,7 +232,7 @@ def _fastest(wanted: _Wanted, tolerance: float) -> FastestMove:
     band = wanted.low, wanted.high
     if not wanted.frequencies and None in band:
         raise typer.BadParameter("give at least one, or --low and --high", param_hint="--natural-frequency")
-    return design_fastest(wanted.distance, limits, wanted.frequencies, wanted.ratios, tolerance, band)
+    return design_fastest(wanted.distance, limits, wanted.frequencies, wanted.ratios, tolerance, band, deflections, pulses)
 
 
 def _of_fastest(wanted: _Wanted, move: FastestMove) -> list[Block]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,6 +24,8 @@ def design_fastest(
     ratios: Sequence[float],
     tolerance: float,
     band: tuple[float | None, float | None],
+    deflection_limits: Sequence[float] = (),
+    on_off_pulses: int = 0,
 ) -> FastestMove:
     """The move for the options; with --low and --high for a band instead of frequencies."""
     from shaper_fmu.design.fastest import fastest_move
@@ -37,7 +40,19 @@ def design_fastest(
     low, high = band
     if low is not None and high is not None:
         modes.append(Band(low, high, tolerance, ratios[0]))
-    return fastest_move(distance, **limits, modes=modes)
+    if deflection_limits and low is not None:
+        raise typer.BadParameter(
+            "it needs single frequencies (-w), not a band from --low to --high", param_hint="--deflection-limit"
+        )
+    if len(deflection_limits) > 1 and len(deflection_limits) != len(frequencies):
+        raise typer.BadParameter(
+            f"{len(deflection_limits)} for {len(frequencies)} natural frequencies: give one, or one for each",
+            param_hint="--deflection-limit",
+        )
+    if on_off_pulses and not deflection_limits:
+        raise typer.BadParameter("this needs --deflection-limit", param_hint="--on-off-pulses")
+    limit = deflection_limits if len(deflection_limits) > 1 else deflection_limits[0] if deflection_limits else math.inf
+    return fastest_move(distance, **limits, modes=modes, deflection_limit=limit, on_off_pulses=on_off_pulses)
 
 
 def write_segments(path: Path, move: FastestMove) -> None:

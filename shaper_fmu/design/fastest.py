@@ -4,6 +4,7 @@ For a given duration all conditions are linear in the control, the acceleration 
 end, and for each frequency of a band the residual vibration against a polygon. So the farthest move in that time is a linear
 programme (shaper_fmu.design.moves.programme), and the shortest duration that reaches the distance is found by secants. Its
 multipliers prove that no move is faster (certificate); the control's switches are then made exact by Newton's method (polish).
+The deflection on the way is linear in the acceleration, too, and can be limited (deflection), with on/off commands alone (on_off).
 """
 
 from __future__ import annotations
@@ -19,23 +20,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shaper_fmu.analysis.vibration import relative_residual
-from shaper_fmu.component import NO_EVENT
 from shaper_fmu.design.lp.layout import Band
 from shaper_fmu.design.moves.control import Control
+from shaper_fmu.design.moves.deflection import Deflection
+from shaper_fmu.design.moves.on_off import on_off
 from shaper_fmu.design.moves.polish import polished, with_ramps
+from shaper_fmu.design.moves.problem import Mode, Problem
 from shaper_fmu.design.moves.search import shortest_on_grid
-from shaper_fmu.design.moves.task import Task, duration_with_vibration
+from shaper_fmu.design.moves.task import Task
 from shaper_fmu.errors import ArgumentError, NoSolutionError
 
-MOST_BANDS = 6
-MOST_PERIODS = 100.0
-"""Periods of the highest mode in the fastest move with vibration, up to which grids resolve it."""
+MOST_PULSES = 12
+"""Most on/off pulses in place of a held deflection."""
 
 _WIDE = 1e-3
 """Share by which a move may be above its bound before a hard jerk is looked at from the move without a limit of it."""
-
-Mode = float | tuple[float, float] | Band
-"""A natural frequency [rad/s], alone or with a damping ratio, or a band of frequencies with a tolerance of its own."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +64,7 @@ class FastestMove:
         duration_with_vibration: duration of the fastest move within the limits, whatever vibrates [s].
         switch_times: where the control switches [s], from 0 to the end.
         controls: the acceleration [m/s2] between the switches, or the jerk [m/s3], if that is limited.
+        deflection_limits: for each of the modes, the largest deflection from the base on the way [m], infinite for none.
     """
 
     distance: float
@@ -76,6 +76,7 @@ class FastestMove:
     duration_with_vibration: float
     switch_times: tuple[float, ...]
     controls: tuple[float, ...]
+    deflection_limits: tuple[float, ...] = ()
 
     @property
     def duration(self) -> float:
@@ -143,13 +144,17 @@ class FastestMove:
 
     def residual_vibration(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
         """V on a mode [rad/s] at the end of the move, as that of a `Profile` (Singer and Seering 1990), in closed form."""
-        if not natural_frequency > 0.0 or not 0.0 <= damping_ratio < 1.0:
-            raise ArgumentError(f"a mode needs w > 0 and 0 <= zeta < 1, not w = {natural_frequency}, zeta = {damping_ratio}")
+        _check_mode(natural_frequency, damping_ratio)
         return abs(self._control.residual(natural_frequency, damping_ratio) / self.distance)
 
     def relative_residual(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
         """Residual envelope over that of a step of the same distance at time 0, both at the same instant: V exp(zeta w T)."""
         return relative_residual(self, natural_frequency, damping_ratio)
+
+    def peak_deflection(self, natural_frequency: float, damping_ratio: float = 0.0) -> float:
+        """Largest |q| of a mode [rad/s] at any time [m], exact: q'' + 2 zeta w q' + w^2 q = -a, the deflection from the base."""
+        _check_mode(natural_frequency, damping_ratio)
+        return Deflection(natural_frequency, damping_ratio, math.inf).peak(self._control)
 
     @cached_property
     def residuals(self) -> tuple[float, ...]:
@@ -186,9 +191,20 @@ class FastestMove:
             "lower_bound": self.lower_bound,
             "duration_with_vibration": self.duration_with_vibration,
             **{name: limit if math.isfinite(limit) else None for name, limit in limits.items()},
-            "modes": [{**asdict(band), "residual": v} for band, v in zip(self.modes, self.residuals, strict=True)],
+            "modes": [
+                {**asdict(band), "residual": v, **self._deflection(k)}
+                for k, (band, v) in enumerate(zip(self.modes, self.residuals, strict=True))
+            ],
             "segments": [asdict(one) for one in self.segments],
         }
+
+    def _deflection(self, k: int) -> dict[str, float]:
+        """Limit and peak of the deflection of mode k, where it is limited."""
+        if k >= len(self.deflection_limits) or math.isinf(self.deflection_limits[k]):
+            return {}
+        band = self.modes[k]
+        peak = self.peak_deflection(band.low, band.damping_ratio)
+        return {"deflection_limit": self.deflection_limits[k], "peak_deflection": peak}
 
     def to_json(self) -> str:
         """The text of `to_dict`, every number to its last digit."""
@@ -201,6 +217,11 @@ class FastestMove:
         return "\n".join([header, *rows]) + "\n"
 
 
+def _check_mode(natural_frequency: float, damping_ratio: float) -> None:
+    if not natural_frequency > 0.0 or not 0.0 <= damping_ratio < 1.0:
+        raise ArgumentError(f"a mode needs w > 0 and 0 <= zeta < 1, not w = {natural_frequency}, zeta = {damping_ratio}")
+
+
 def fastest_move(
     distance: float,
     *,
@@ -209,6 +230,8 @@ def fastest_move(
     max_jerk: float = math.inf,
     modes: Sequence[Mode] = (),
     tolerance: float = 0.0,
+    deflection_limit: float | Sequence[float] = math.inf,
+    on_off_pulses: int = 0,
 ) -> FastestMove:
     """The fastest move from rest to rest that leaves no vibration on the given modes, with the proof that none is faster.
 
@@ -217,12 +240,20 @@ def fastest_move(
         max_velocity, max_acceleration, max_jerk: limits [m/s, m/s2, m/s3]; one of the last two is needed.
         modes: natural frequencies [rad/s], pairs of frequency and damping ratio, or bands (`Band`) with tolerances of their own.
         tolerance: the residual V that is tolerated where a mode has none of its own; 0 for none at all.
+        deflection_limit: the largest deflection of the modes from the base at any time [m], one for all or one for each of them;
+            q'' + 2 zeta w q' + w^2 q = -a, so that q rests at -a/w^2. For modes of one frequency, without a limit of the jerk.
+        on_off_pulses: where a deflection is held at its limit by an acceleration below its own limit, at most so many on/off
+            pulses do it instead, so that the acceleration is always 0 or its limit; 0: it is held.
 
     The acceleration (with max_jerk the jerk) is constant between a few switches. `lower_bound` is proven by linear programming;
     the duration is above it by some 1e-4 at most places, and it is told. Raises ArgumentError for impossible arguments, and
     NoSolutionError where no exact switches are found.
     """
-    problem = _Problem(distance, (max_velocity, max_acceleration, max_jerk), modes, tolerance)
+    if isinstance(on_off_pulses, bool) or not 0 <= on_off_pulses <= MOST_PULSES:
+        raise ArgumentError(f"on_off_pulses = {on_off_pulses}: must be 0 (none) to {MOST_PULSES}")
+    problem = Problem(distance, (max_velocity, max_acceleration, max_jerk), modes, tolerance, deflection_limit)
+    if on_off_pulses and not problem.task.deflections:
+        raise ArgumentError(f"on_off_pulses = {on_off_pulses}: this needs a deflection_limit")
     found = shortest_on_grid(problem.task)
     control, proven, unit = polished(problem.task, found.move), found.proven, problem.unit
     wide = control is None or control.duration > proven * (1.0 + _WIDE)
@@ -236,12 +267,25 @@ def fastest_move(
             f"no exact switches were found near the move of {found.move.control.duration * unit:.6g} s that a grid shows; "
             "tolerate a little vibration, or change a limit"
         )
+    if on_off_pulses:
+        control = _switched(problem.task, control, on_off_pulses)
     times = (control.times * unit).tolist()
     top = problem.limits[control.order - 1]
     values = (np.clip(control.values * (distance / unit**control.order), -top, top) + 0.0).tolist()  # no -0.0
     return FastestMove(
-        float(distance), *problem.limits, problem.bands, float(proven * unit), unit, tuple(times), tuple(values)
+        float(distance), *problem.limits, problem.bands, float(proven * unit), unit, tuple(times), tuple(values),
+        problem.deflection_limits,
     )  # fmt: skip
+
+
+def _switched(task: Task, control: Control, most: int) -> Control:
+    found = on_off(task, control, most)
+    if found is None:
+        raise NoSolutionError(
+            f"no exact on/off switches were found with up to {most} pulses in place of each held deflection; "
+            "permit more pulses (on_off_pulses) or a larger deflection_limit"
+        )
+    return found
 
 
 def _by_ramps(task: Task) -> tuple[Control | None, float]:
@@ -261,56 +305,8 @@ def shortest_move(
     max_jerk: float = math.inf,
     modes: Sequence[Mode] = (),
     tolerance: float = 0.0,
+    deflection_limit: float | Sequence[float] = math.inf,
 ) -> float:
     """The proven lower bound [s] alone: no move is shorter. The arguments are those of `fastest_move`."""
-    problem = _Problem(distance, (max_velocity, max_acceleration, max_jerk), modes, tolerance)
+    problem = Problem(distance, (max_velocity, max_acceleration, max_jerk), modes, tolerance, deflection_limit)
     return float(shortest_on_grid(problem.task).proven * problem.unit)
-
-
-class _Problem:
-    """Checked arguments, and the task that they make."""
-
-    def __init__(self, distance: float, limits: tuple[float, float, float], modes: Sequence[Mode], tolerance: float):
-        speed, acceleration, jerk = (math.inf if limit >= NO_EVENT else float(limit) for limit in limits)
-        self.limits = speed, acceleration, jerk
-        _check(distance, self.limits)
-        self.bands = tuple(dict.fromkeys(_band(mode, tolerance) for mode in modes))
-        if len(self.bands) > MOST_BANDS:
-            raise ArgumentError(f"{len(self.bands)} modes; limit: {MOST_BANDS}")
-        length = abs(distance)
-        self.unit = unit = duration_with_vibration(length, *self.limits)
-        for band in self.bands:
-            periods = band.high * unit / (2.0 * math.pi)
-            if periods > MOST_PERIODS:
-                raise ArgumentError(
-                    f"a mode of {band.high:g} rad/s has {periods:.0f} periods in the move of {unit:.4g} s; limit: {MOST_PERIODS:g}"
-                )
-        scaled = speed * unit / length, acceleration * unit**2 / length, jerk * unit**3 / length
-        self.task = Task(scaled, tuple(band.scaled(unit) for band in self.bands))
-
-
-def _check(distance: float, limits: tuple[float, ...]) -> None:
-    if not math.isfinite(distance) or distance == 0.0:
-        raise ArgumentError(f"distance = {distance}: must be a finite number other than 0")
-    for name, limit in zip(("max_velocity", "max_acceleration", "max_jerk"), limits, strict=True):
-        if not limit > 0.0:
-            raise ArgumentError(f"{name} = {limit}: a limit must be greater than 0")
-    if math.isinf(limits[1]) and math.isinf(limits[2]):
-        raise ArgumentError("the fastest move needs max_acceleration or max_jerk: without both nothing keeps it from jumping")
-
-
-def _band(mode: Mode, tolerance: float) -> Band:
-    if isinstance(mode, Band):
-        band = mode
-    else:
-        w, damping_ratio = mode if isinstance(mode, tuple) else (mode, 0.0)
-        band = Band(float(w), float(w), float(tolerance), float(damping_ratio))
-    if not 0.0 < band.low <= band.high < math.inf:
-        raise ArgumentError(f"frequencies {band.low:g} to {band.high:g} rad/s: must be positive, finite and not decrease")
-    if not 0.0 <= band.damping_ratio < 1.0:
-        raise ArgumentError(f"damping ratio {band.damping_ratio:g}: must be at least 0 and less than 1")
-    if not 0.0 <= band.tolerance < 1.0:
-        raise ArgumentError(f"tolerance {band.tolerance:g}: must be at least 0 and less than 1")
-    if band.tolerance == 0.0 and band.high > band.low:
-        raise ArgumentError(f"a band from {band.low:g} to {band.high:g} rad/s needs a tolerance: without any vibration is no move")
-    return band

@@ -245,7 +245,10 @@ def _segments(
         return {}
     from shaper_fmu.design.fastest import fastest_move  # takes long to load, and is needed here alone
 
-    values = fastest_move(distance, **limits, modes=[mode]).start_values()
+    speed, acceleration = limits["max_velocity"], limits["max_acceleration"]
+    values = fastest_move(
+        distance, max_velocity=speed, max_acceleration=acceleration, max_jerk=limits["max_jerk"], modes=[mode]
+    ).start_values()
     return {name: values[name] for name in SEGMENTS}
 
 

@@ -32,12 +32,13 @@ def fastest_blocks(move: FastestMove, mode: Mode) -> list[Block]:
             f"{band.damping_ratio:g}",
             f"{100.0 * band.tolerance:g} %",
             f"{100.0 * v:.3g} %",
+            f"{move.peak_deflection(band.low, band.damping_ratio):.6g}" if band.low == band.high else "",
         ]
         for band, v in zip(move.modes, move.residuals, strict=True)
     ]
     return [
         Table("Segments", heads, rows),
-        Table("Modes", ["frequency [rad/s]", "damping ratio", "tolerated V", "largest V"], modes),
+        Table("Modes", ["frequency [rad/s]", "damping ratio", "tolerated V", "largest V", "peak deflection [m]"], modes),
         Table("Figures of merit", ["what", "value"], merits),
         *sensitivity_figures("fastest", move, mode),
         *motion_figures("fastest", move),

@@ -35,6 +35,18 @@ def test_several_modes_a_band_and_a_jerk_limit_as_json(tmp_path):
     assert max(abs(one["jerk"]) for one in read["segments"]) <= 60.0
 
 
+def test_a_limit_of_the_deflection_is_kept_and_told(tmp_path):
+    """The acceleration that holds 0.144 m at 5 rad/s is 3.6 m/s2, beyond the limit: an on/off command without pulses."""
+    options = ("-w", "5", "--deflection-limit", "0.144", "--on-off-pulses", "2")
+    done = typed("design", "fastest", *options, *LIMITS, "--segments", "move.json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "peak deflection [m]" in " ".join(done.stdout.split())
+    read = json.loads((tmp_path / "move.json").read_text())
+    assert read["modes"][0]["deflection_limit"] == 0.144
+    assert abs(read["modes"][0]["peak_deflection"] - 0.144) < 1e-9
+    assert {round(abs(one["acceleration"]), 9) for one in read["segments"]} == {0.0, 3.0}
+
+
 def test_a_profile_tells_how_far_it_is_above_the_floor_with_every_shaper(tmp_path):
     """By the fastest move with 5 %: 1.42875 s, which no move is shorter than; the trapezoid's 4/3 s and the half period of ZV."""
     done = typed("design", "trapezoid", "-w", "5", *LIMITS, cwd=tmp_path)
@@ -57,6 +69,10 @@ def test_a_profile_tells_how_far_it_is_above_the_floor_with_every_shaper(tmp_pat
         (("fastest", "-w", "5", "--damping-range", "0", "0.1", *LIMITS), "--damping-range"),
         (("fastest", "-w", "5", "-w", "6", "-w", "7", "-z", "0", "-z", "0.1", *LIMITS), "--damping-ratio"),
         (("fastest", "--low", "4", "--high", "5", *LIMITS), "tolerance"),
+        (("fastest", "--low", "4", "--high", "5", "--deflection-limit", "0.1", *LIMITS), "--deflection-limit"),
+        (("fastest", "-w", "5", "--deflection-limit", "0.1", "--deflection-limit", "0.2", *LIMITS), "--deflection-limit"),
+        (("fastest", "-w", "5", "--on-off-pulses", "2", *LIMITS), "--on-off-pulses"),
+        (("trapezoid", "-w", "5", "--deflection-limit", "0.1", *LIMITS), "--deflection-limit"),
         (("fastest", "-w", "5", "--segments", "move.txt", *LIMITS), "csv"),
         (("cycloid", "-w", "5", "--duration", "2", "--max-jerk", "3"), "--max-jerk"),
         (("zv", "-w", "5", "--segments", "move.csv"), "--segments"),

@@ -5,7 +5,8 @@ For any multipliers m of the derivatives x_k at instants s and g of the residual
     D = int phi u dt - sum m x_k(s) - sum Re(g R) <= U int |phi| dt + sum |m| X_k + D sum |g| tolerance,
     phi(t) = (T - t)^(n-1)/(n-1)! + sum m (s - t)_+^(n-1-k)/(n-1-k)! + sum Re(g exp(p (T - t)) / p^(n-1)),
 
-where n is the control's order, U and X_k are the limits, and derivatives that are 0 at the end cost nothing. This weak duality
+where n is the control's order, U and X_k are the limits, and derivatives that are 0 at the end cost nothing. Multipliers of a
+deflection q at instants s are like those of x_k, with q's response to the control instead of the power of s - t. This weak duality
 holds in continuous time and for any multipliers; those of the linear programme make the bound tight. A move that reaches its
 distance in some time reaches it in any longer one, by waiting: so a time in which the bound is below the distance is a
 lower bound of the duration.
@@ -19,7 +20,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from shaper_fmu.design.moves.programme import GridMove, ResidualMultiplier, StateMultipliers
+from shaper_fmu.design.moves.programme import DeflectionMultipliers, GridMove, ResidualMultiplier, StateMultipliers
 from shaper_fmu.design.moves.task import Task
 
 _NODES = 4096
@@ -34,6 +35,7 @@ class Certificate:
     grid: np.ndarray
     states: tuple[StateMultipliers, ...]
     residuals: tuple[ResidualMultiplier, ...]
+    deflections: tuple[DeflectionMultipliers, ...] = ()
 
     def farthest(self, duration: float) -> float:
         """No move gets farther than this in the given time."""
@@ -44,6 +46,7 @@ class Certificate:
         for one in self.states:
             used = float(np.abs(one.values[one.times < 1.0]).sum())
             cost += self.task.limits[one.derivative - 1] * used if used else 0.0
+        cost += sum(one.mode.limit * float(np.abs(one.values).sum()) for one in self.deflections)
         return cost / share
 
     def _integral(self, duration: float) -> float:
@@ -61,7 +64,10 @@ class Certificate:
         """The most that the second derivative of phi can be between the edges."""
         n = self.task.order
         found = 1.0 if n == 3 else 0.0
-        return found + sum(abs(one.value) * one.frequency ** (3 - n) for one in self.residuals)
+        found += sum(abs(one.value) * one.frequency ** (3 - n) for one in self.residuals)
+        for one in self.deflections:
+            found += float(np.abs(one.values).sum()) * one.mode.frequency**2 / one.mode.pole.imag
+        return found
 
     def switching_function(self, t: np.ndarray, duration: float) -> np.ndarray:
         """phi at rising times t; the multipliers of the highest derivative are spread evenly over the half cells around them."""
@@ -72,6 +78,8 @@ class Certificate:
             phi = phi + (one.value * np.exp(p * left) / p ** (n - 1)).real
         for one in self.states:
             phi = phi + (self._steps(one, t / duration) if one.derivative == n - 1 else _ramps(one, t, duration))
+        for one in self.deflections:
+            phi = phi - one.mode.unit(0, np.subtract.outer(duration * one.times, t).T) @ one.values
         return phi
 
     def _steps(self, one: StateMultipliers, t: np.ndarray) -> np.ndarray:
@@ -98,4 +106,5 @@ def certificate(task: Task, move: GridMove) -> Certificate:
     middles = 0.5 * (edges[1:] + edges[:-1])
     states = tuple(StateMultipliers(one.derivative, one.times / whole, one.values) for one in move.states)
     grid = np.unique(np.concatenate((edges, middles)))
-    return Certificate(task, grid, states, move.residuals)
+    swings = tuple(DeflectionMultipliers(one.mode, one.times / whole, one.values) for one in move.deflections)
+    return Certificate(task, grid, states, move.residuals, swings)

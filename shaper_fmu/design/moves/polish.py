@@ -72,8 +72,13 @@ def with_ramps(task: Task, control: Control) -> Control | None:
     if np.diff(times).min() < 0.0:
         return None
     ramped = Control(np.concatenate(([0.0], times[1:])), values, 3)
-    found = _newton(task, _coarsened(shorten(task, _coarsened(ramped, _TINY)), _VANISHED))
+    found = made_exact(task, ramped)
     return found if found is not None and found.duration <= control.duration + _RAMPS * float(half.sum()) else None
+
+
+def made_exact(task: Task, control: Control) -> Control | None:
+    """The exact move near any control with about the right switches, as short as they permit; None if there is none."""
+    return _newton(task, _coarsened(shorten(task, _coarsened(control, _TINY)), _VANISHED))
 
 
 def _simplified(task: Task, control: Control) -> Control:
@@ -95,8 +100,10 @@ def _simplified(task: Task, control: Control) -> Control:
 def _read(task: Task, move: GridMove) -> Control:
     """Switches from cells: a loose cell between two levels is a switch at the place that keeps its area."""
     times, top = move.control.times, task.largest_control
-    levels = move.control.values / top / move.distance
-    snapped = np.where(np.abs(levels - np.round(levels)) <= _SATURATED, np.round(levels), levels)
+    control = move.control.values / move.distance
+    nearest = task.nearest_level(control)
+    snapped = np.where(np.abs(control - nearest) <= _SATURATED * top, nearest, control) / top
+    known = set((task.levels() / top).tolist())
     ends: list[float] = []
     values: list[float] = []
     i, n = 0, len(snapped)
@@ -104,7 +111,7 @@ def _read(task: Task, move: GridMove) -> Control:
         level, j = snapped[i], i + 1
         while j < n and snapped[j] == level:
             j += 1
-        alone = level not in (-1.0, 0.0, 1.0) and values and j < n
+        alone = level not in known and values and j < n
         if alone:
             left, right = values[-1], snapped[j]
             begin, end = times[i], times[j]
@@ -188,6 +195,7 @@ def _equations(task: Task, control: Control, near: float) -> tuple[np.ndarray, n
         found.append(((x - np.sign(x) * task.limits[k - 1] * (1.0 - _MARGIN))[reached], slopes[reached]))
     if task.order == 3 and 1 in task.limited():
         found.append(_cruise(task, control))
+    found += [one.equations(control, _REACHED, _MARGIN) for one in task.deflections]
     return np.concatenate([misses for misses, _ in found]), np.vstack([slopes for _, slopes in found])
 
 
@@ -215,7 +223,7 @@ def keeps(task: Task, control: Control) -> bool:
         worst = abs(control.residual(band.low, band.damping_ratio)) if band.tolerance == 0.0 else control.peaks(band)[1].max()
         if worst > max(band.tolerance, 1e-11, rounding):
             return False
-    return True
+    return all(one.peak(control) <= one.limit * (1.0 + rounding) for one in task.deflections)
 
 
 def _rounding(task: Task) -> float:

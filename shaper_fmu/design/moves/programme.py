@@ -19,6 +19,8 @@ from scipy.optimize import linprog
 
 from shaper_fmu.design.lp.layout import Band
 from shaper_fmu.design.moves.control import Control
+from shaper_fmu.design.moves.deflection import Deflection
+from shaper_fmu.design.moves.deflection_cells import COLUMNS, deflection_rows
 from shaper_fmu.design.moves.task import Task
 from shaper_fmu.errors import NoSolutionError
 
@@ -29,6 +31,8 @@ _NO_DISTANCE = 1e-7
 _PRECISE = {"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9}
 _ATTEMPTS = (("highs", _PRECISE), ("highs", {}), ("highs", {"presolve": False}), ("highs-ipm", {}))
 """Methods and options, tried one after the other: numerically hard programmes are solved by one of them."""
+_ITERATIONS = 5
+"""Of the simplex method, for each column, before the next one is tried: most take less than one, and a few never end."""
 _NEAR = 0.5
 """Demands that leave more of the tolerance unused than this are forgotten; those that are needed after all are found again."""
 
@@ -53,6 +57,15 @@ class ResidualMultiplier:
 
 
 @dataclass(frozen=True)
+class DeflectionMultipliers:
+    """Multipliers of the limit of a mode's deflection at some instants."""
+
+    mode: Deflection
+    times: np.ndarray
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
 class GridMove:
     """The farthest move on a grid: its control, the distance, and the multipliers of what limits it."""
 
@@ -60,6 +73,7 @@ class GridMove:
     distance: float
     states: tuple[StateMultipliers, ...]
     residuals: tuple[ResidualMultiplier, ...]
+    deflections: tuple[DeflectionMultipliers, ...] = ()
 
 
 class MoveProgramme:
@@ -112,7 +126,7 @@ class MoveProgramme:
 
 class _Cells:
     """One linear programme. Columns: control, then for each derivative from the highest down its values at the cells' ends,
-    then, if the jerk is the control, what bounds the speed within the cells, then the distance."""
+    then, if the jerk is the control, what bounds the speed within the cells, then those of limited deflections, the distance."""
 
     def __init__(self, task: Task, times: np.ndarray, rows: list[np.ndarray]):
         self.task, self.times, self.demands = task, times, rows
@@ -120,13 +134,16 @@ class _Cells:
         self.count = len(self.widths)
         n = task.order
         self.middles = n == 3 and 1 in task.limited()
-        self.columns = self.count * (n + self.middles) + 1
+        self.swings = self.count * (n + self.middles)
+        self.columns = self.swings + self.count * COLUMNS * len(task.deflections) + 1
         self.equal: list[sparse.csr_matrix] = []
         self.at_most: list[np.ndarray] = []
 
     def solved(self) -> GridMove:
         """The optimum, with its multipliers."""
         self._motion()
+        for k, one in enumerate(self.task.deflections):
+            self.equal += deflection_rows(one, self.widths, self._swing(k), self.columns)
         distance = np.append(self._moments(), -1.0)
         self.equal.append(self._row(distance[:-1], distance[-1]))
         owners = self._residual_rows()
@@ -136,7 +153,7 @@ class _Cells:
         control = Control(self.times, result.x[: self.count], self.task.order)
         weight = 1.0 - float(np.sum(result.ineqlin.marginals))  # of the distance: its own, and that in the tolerances
         states, residuals = self._states(result, weight), self._residuals(result, owners, weight)
-        return GridMove(control, float(result.x[-1]), states, residuals)
+        return GridMove(control, float(result.x[-1]), states, residuals, self._deflections(result, weight))
 
     def _optimum(self, cost: np.ndarray) -> Any:
         """What linprog returns for the least cost."""
@@ -145,7 +162,8 @@ class _Cells:
         result: Any = None
         for method, options in _ATTEMPTS:
             zeros = np.zeros(self._equations())
-            result = linprog(cost, *most, equal, zeros, self._bounds(), method=method, options=options)
+            limited = {**options, "maxiter": _ITERATIONS * self.columns}
+            result = linprog(cost, *most, equal, zeros, self._bounds(), method=method, options=limited)
             if result.x is not None:
                 return result
         raise NoSolutionError(f"the linear programme of the move was not solved: {result.message}")
@@ -156,6 +174,10 @@ class _Cells:
 
     def _block(self, derivative: int) -> int:
         return self.count * (self.task.order - derivative)
+
+    def _swing(self, k: int) -> int:
+        """The first column of a limited deflection."""
+        return self.swings + self.count * COLUMNS * k
 
     def _motion(self) -> None:
         """x_k at a cell's end = sum_j h^j/j! x_(k+j) at its start.
@@ -220,7 +242,11 @@ class _Cells:
             bounds[block] = self.task.limits[k - 1] * np.array([-1.0, 1.0])
             bounds[block.stop - 1] = 0.0
         if self.middles:
-            bounds[self.count * self.task.order : -1] = self.task.limits[0] * np.array([-1.0, 1.0])
+            bounds[self.count * self.task.order : self.swings] = self.task.limits[0] * np.array([-1.0, 1.0])
+        for k in range(len(self.task.deflections)):
+            for part in (0, 2):
+                begin = self._swing(k) + part * self.count
+                bounds[begin : begin + self.count] = [-1.0, 1.0]
         return bounds
 
     def _states(self, result: Any, weight: float) -> tuple[StateMultipliers, ...]:
@@ -231,7 +257,17 @@ class _Cells:
             found.append(StateMultipliers(k, self.times[1:], marginals[block]))
         if self.middles:
             middles = 0.5 * (self.times[1:] + self.times[:-1])
-            found.append(StateMultipliers(1, middles, marginals[self.count * self.task.order : -1]))
+            found.append(StateMultipliers(1, middles, marginals[self.count * self.task.order : self.swings]))
+        return tuple(found)
+
+    def _deflections(self, result: Any, weight: float) -> tuple[DeflectionMultipliers, ...]:
+        marginals = (result.lower.marginals + result.upper.marginals) / weight
+        instants = np.concatenate((self.times[1:], 0.5 * (self.times[1:] + self.times[:-1])))
+        found = []
+        for k, one in enumerate(self.task.deflections):
+            ends, middles = (marginals[self._swing(k) + part * self.count :][: self.count] for part in (0, 2))
+            values = np.concatenate((ends, middles)) / one.limit
+            found.append(DeflectionMultipliers(one, instants[values != 0.0], values[values != 0.0]))
         return tuple(found)
 
     def _residuals(self, result: Any, owners: list[tuple[float, Band, complex]], weight: float) -> tuple[ResidualMultiplier, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import cast
 
@@ -31,6 +32,8 @@ _AHEAD = 1.2
 _TIGHT = 1e-3
 _FINER = 4
 _ROUNDING = 1e-12
+_DIGITS = 12
+"""Of the ends of cells, as shares of the duration: those that differ by rounding are one."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ def shortest_on_grid(task: Task) -> Found:
     """See the module's text. Raises NoSolutionError if no move is short enough to be found."""
     programme = MoveProgramme(task)
     slowest = max((2.0 * math.pi / band.low for band in task.bands), default=0.0)
-    longest = 2.0 + _LONGEST * slowest
+    longest = 1.0 + task.gentle() + _LONGEST * slowest
     duration = _roughly(programme, longest)
     edges = np.linspace(0.0, 1.0, _cells(task, duration) + 1)
     base = edges
@@ -53,7 +56,10 @@ def shortest_on_grid(task: Task) -> Found:
     for _ in range(_LEVELS):
         if len(edges) > _MOST_CELLS:
             break
-        edges = _refined(base, move, task)
+        finer = _refined(base, move, task)
+        if task.deflections and len(finer) > _MOST_CELLS:  # along a held deflection many cells are loose
+            break
+        edges = finer
         move = _exactly(programme, edges, move.control.duration)
     return Found(move, _proven(programme, edges, move))
 
@@ -64,7 +70,7 @@ def _proven(programme: MoveProgramme, edges: np.ndarray, move: GridMove) -> floa
     Where the grid is too coarse for a tight bound, a finer one is taken.
     """
     duration, best = move.control.duration, 1.0
-    for grid in (edges, np.unique(np.concatenate((edges, np.linspace(0.0, 1.0, _FINER * _cells(programme.task, duration) + 1))))):
+    for grid in (edges, _union([edges, np.linspace(0.0, 1.0, _FINER * _cells(programme.task, duration) + 1)])):
         if grid is not edges:
             move = programme.farthest(grid, duration)
         share = max(_LEAST_GAP, _AHEAD * (certificate(programme.task, move).farthest(duration) - 1.0))
@@ -94,7 +100,7 @@ def _roughly(programme: MoveProgramme, longest: float) -> float:
     while missing(duration) > _COARSE:
         shorter, duration = duration, _GROWTH * duration
         if duration > longest:
-            raise NoSolutionError(f"no move within {_LONGEST:g} periods of the slowest mode keeps these tolerances")
+            raise NoSolutionError(f"no move within {_LONGEST:g} periods of the slowest mode keeps these tolerances and limits")
     return cast(float, brentq(missing, shorter, duration, xtol=_COARSE)) if duration > 1.0 else 1.0
 
 
@@ -124,11 +130,16 @@ def _exactly(programme: MoveProgramme, edges: np.ndarray, duration: float) -> Gr
 def _refined(base: np.ndarray, move: GridMove, task: Task) -> np.ndarray:
     """The base grid, and each cell of the move's grid split that is not saturated or whose neighbour has another value."""
     edges = move.control.times / move.control.duration
-    levels = move.control.values / task.largest_control
-    snapped = np.round(levels)
-    loose = np.abs(levels - snapped) > _SATURATED
+    levels = move.control.values
+    snapped = task.nearest_level(levels)
+    loose = np.abs(levels - snapped) > _SATURATED * task.largest_control
     changes = np.flatnonzero(np.diff(snapped) != 0.0)
     split = loose.copy()
     split[changes] = split[changes + 1] = True
     parts = [np.linspace(edges[i], edges[i + 1], _SPLIT + 1) for i in np.flatnonzero(split)]
-    return np.unique(np.concatenate([base, *parts]))
+    return _union([base, *parts])
+
+
+def _union(grids: Sequence[np.ndarray]) -> np.ndarray:
+    """All ends of cells, once each."""
+    return np.unique(np.concatenate(grids).round(_DIGITS))

@@ -101,6 +101,10 @@ def conditions(task: Task, control: Control) -> Conditions:
         used = np.abs(x) >= _NEAR * task.limits[k - 1]
         sign = np.sign(x[used])
         add(sign * x[used] / task.limits[k - 1] - 1.0, False, sign[:, None] * by_time[used] / task.limits[k - 1])
+    for one in task.deflections:
+        excess, by_time = one.conditions(control, one.extremes(control))
+        used = excess >= _NEAR - 1.0
+        add(excess[used], False, by_time[used])
     return np.concatenate(values), np.concatenate(exact), np.vstack(slopes)
 
 

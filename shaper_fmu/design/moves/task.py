@@ -5,18 +5,23 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from shaper_fmu.design.lp.layout import Band
+from shaper_fmu.design.moves.deflection import Deflection
 
 
 @dataclass(frozen=True)
 class Task:
-    """Limits of speed, acceleration and jerk, infinite for none, and bands of frequencies with the tolerated residual V.
+    """Limits of speed, acceleration and jerk, infinite for none, bands of frequencies with the tolerated residual V, and modes
+    whose deflection on the way is limited (with the acceleration as control only).
 
     The control is the jerk if it is limited, else the acceleration; it is constant between switches.
     """
 
     limits: tuple[float, float, float]
     bands: tuple[Band, ...]
+    deflections: tuple[Deflection, ...] = ()
 
     @property
     def order(self) -> int:
@@ -27,6 +32,23 @@ class Task:
     def largest_control(self) -> float:
         """The control's limit."""
         return self.limits[self.order - 1]
+
+    def levels(self) -> np.ndarray:
+        """What the control is along limits: its own, 0, and with an acceleration as control those that hold a deflection."""
+        top = self.largest_control
+        held = [one.holding for one in self.deflections if one.holding < top]
+        return np.array(sorted({0.0, *(sign * value for value in (top, *held) for sign in (-1.0, 1.0))}))
+
+    def nearest_level(self, control: np.ndarray) -> np.ndarray:
+        """The level nearest to each of these values."""
+        levels = self.levels()
+        return levels[np.argmin(np.abs(np.subtract.outer(control, levels)), axis=-1)]
+
+    def gentle(self) -> float:
+        """Duration of the fastest move whose acceleration could hold no deflection above its limit."""
+        speed, acceleration, jerk = self.limits
+        held = min((one.holding for one in self.deflections), default=acceleration)
+        return duration_with_vibration(1.0, speed, min(acceleration, held), jerk)
 
     def limited(self) -> list[int]:
         """The derivatives below the control that have a limit: 1 for the speed, 2 for the acceleration."""
