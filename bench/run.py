@@ -11,6 +11,7 @@ from bare_calls import loop_vs_bare_calls
 from containers import container_vs_loop
 from first_run import first_run
 from harness import REPETITIONS, Row
+from live import LIVE
 from masters import MASTERS
 from model_exchange import me_vs_fmpy
 from native import (
@@ -38,6 +39,7 @@ PAIRS = (
     native_vs_handwritten_c,
     native_fmi3_vs_fmi2,
     tune_two_modes,
+    *LIVE,
 )
 
 
