@@ -6,6 +6,7 @@ from shaper_fmu.component import NO_EVENT, Component, time_tolerance
 from shaper_fmu.design import *
 from shaper_fmu.errors import ArgumentError, ShaperFmuError
 from shaper_fmu.export import *
+from shaper_fmu.info import *
 from shaper_fmu.master import *
 from shaper_fmu.metrics import *
 from shaper_fmu.registry import components, find_component, load_components
@@ -31,6 +32,7 @@ __all__ = [
     "build_fmu",
     "carrier_pulses",
     "check_ssp",
+    "compare",
     "components",
     "find_component",
     "fmu_path",

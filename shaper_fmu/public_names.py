@@ -61,7 +61,12 @@ def lazily(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]],
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         return getattr(importlib.import_module(known[name]), name)
 
-    return get, lambda: names, names
+    return get, lambda: sorted({*known, *names, *_sub_packages(package)}), names
+
+
+def _sub_packages(package: str) -> list[str]:
+    """The public sub-packages: those with a stub file."""
+    return [name.rpartition(".")[2] for name in packages() if name.rpartition(".")[0] == package]
 
 
 def _stub(package: str) -> Path:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from shaper_fmu.errors import ArgumentError
 from shaper_fmu.shapers.convolution import convolve
 from shaper_fmu.shapers.sensitivity import insensitivity, residual_vibration
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ImpulseSequence:
     """Impulses of an input shaper.
 
@@ -55,6 +57,38 @@ class ImpulseSequence:
         count = convolve(amplitudes, delays, len(self.delays), other.amplitudes, other.delays, len(other.delays))
         certificate = max(self.certificate, other.certificate)
         return ImpulseSequence(tuple(amplitudes[:count]), tuple(delays[:count]), certificate)
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw a unit step through the shaper; see `Results.plot` for axes, what is returned, and errors."""
+        from shaper_fmu.design.figures import staircase
+        from shaper_fmu.notebook.plots import plot
+
+        levels = tuple(itertools.accumulate(self.amplitudes))
+        return plot([staircase("A unit step through the shaper", "shaped step", self.delays, levels, self.duration)], axes)
+
+    def plot_sensitivity(
+        self, natural_frequency: float, damping_ratio: float = 0.0, tolerance: float = 0.05, axes: Any = None
+    ) -> Any:
+        """Draw V over the ratio of the actual natural frequency to the given one [rad/s], with the tolerance; see `plot`."""
+        from shaper_fmu.design.figures import sensitivity_figure
+        from shaper_fmu.notebook.plots import plot
+
+        return plot([sensitivity_figure(self, natural_frequency, damping_ratio, tolerance)], axes)
+
+    def __repr__(self) -> str:
+        from shaper_fmu.notebook.texts import counted, numbers
+
+        times, sizes = numbers(self.delays), numbers(self.amplitudes)
+        return f"<ImpulseSequence: {counted(len(self.delays), 'impulse')} in {self.duration:.5g} s, {sizes} at {times} s>"
+
+    def _repr_html_(self) -> str:
+        from shaper_fmu.notebook.html import page
+        from shaper_fmu.page.blocks import Table
+
+        levels = itertools.accumulate(self.amplitudes)
+        rows = [[f"{t:.10g}", f"{a:.10g}", f"{n:.10g}"] for t, a, n in zip(self.delays, self.amplitudes, levels, strict=True)]
+        facts = {"impulses": str(len(rows)), "duration": f"{self.duration:.9g} s", "certificate": f"{self.certificate:.1e}"}
+        return page("ImpulseSequence", facts, [Table("", ["delay [s]", "amplitude", "level of a step"], rows)])
 
 
 def convolve_all(sequences: Sequence[ImpulseSequence]) -> ImpulseSequence:

@@ -41,7 +41,7 @@ OPTIONS = {**PARAMETERS, **FURTHER_PARAMETERS, **{name: MotionProfile.variables[
 """The profiles' own parameters, by name."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Profile:
     """A rest-to-rest motion from 0 to `distance`, as the component MotionProfile gives it from time 0 on.
 
@@ -170,6 +170,30 @@ class Profile:
         """
         time = cruise_time(self.kind, self._record, self.duration, self.ramp)
         return abs(self.distance) / time if time > 0.0 else 0.0
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw position, velocity and acceleration over time; see `Results.plot` for axes, what is returned, and errors."""
+        from shaper_fmu.design.figures import move_figures
+        from shaper_fmu.notebook.plots import plot
+
+        return plot(move_figures(self.kind.name, self), axes)
+
+    def __repr__(self) -> str:
+        return f"<Profile {self.kind.name}: {self.distance:g} m in {self.duration:.6g} s>"
+
+    def _repr_html_(self) -> str:
+        from shaper_fmu.notebook.html import page
+        from shaper_fmu.notebook.texts import limit, listed
+
+        facts = {
+            "distance": f"{self.distance:g} m",
+            "duration": f"{self.duration:.9g} s",
+            "shortest within the limits": f"{self.shortest_duration:.9g} s" if self.shortest_duration else "",
+            "largest speed": f"{self.peak_velocity:.6g} m/s, limit: {limit(self.max_velocity, 'm/s', NO_LIMIT)}",
+            "largest acceleration": f"{self.peak_acceleration:.6g} m/s2, limit: {limit(self.max_acceleration, 'm/s2', NO_LIMIT)}",
+            "jumps at": listed([f"{t:.6g} s" for t in self.jumps]) or "none",
+        }
+        return page(f"Profile {self.kind.name}", facts)
 
 
 @lru_cache(maxsize=64)

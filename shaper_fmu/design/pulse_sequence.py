@@ -5,13 +5,14 @@ from __future__ import annotations
 import cmath
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from shaper_fmu.analysis.deflection import peak_deflection
 from shaper_fmu.analysis.vibration import relative_residual
 from shaper_fmu.errors import ArgumentError
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PulseSequence:
     """A piecewise constant command that starts from 0.
 
@@ -78,6 +79,41 @@ class PulseSequence:
         """The mode's largest deflection at any time, during the command or after it, over the static one at the final level."""
         _pole(natural_frequency, damping_ratio)
         return peak_deflection(self.switch_times, self.levels, natural_frequency, damping_ratio) / abs(self.levels[-1])
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw the command over time; see `Results.plot` for axes, what is returned, and errors."""
+        from shaper_fmu.design.figures import staircase
+        from shaper_fmu.notebook.plots import plot
+
+        return plot([staircase("The on/off command", "command", self.switch_times, self.levels, self.travel_time)], axes)
+
+    def plot_sensitivity(
+        self, natural_frequency: float, damping_ratio: float = 0.0, tolerance: float = 0.05, axes: Any = None
+    ) -> Any:
+        """Draw V over the ratio of the actual natural frequency to the given one [rad/s], with the tolerance; see `plot`."""
+        from shaper_fmu.design.figures import sensitivity_figure
+        from shaper_fmu.notebook.plots import plot
+
+        return plot([sensitivity_figure(self, natural_frequency, damping_ratio, tolerance)], axes)
+
+    def __repr__(self) -> str:
+        from shaper_fmu.notebook.texts import counted, numbers
+
+        times = numbers(self.switch_times)
+        return f"<PulseSequence: {counted(self.pulses, 'pulse')} in {self.travel_time:.5g} s, switched at {times} s>"
+
+    def _repr_html_(self) -> str:
+        from shaper_fmu.notebook.html import page
+        from shaper_fmu.page.blocks import Table
+
+        facts = {
+            "pulses": str(self.pulses),
+            "travel time": f"{self.travel_time:.9g} s",
+            "shortest pulse or gap": f"{self.minimum_pulse_width:.6g} s" if self.switches > 1 else "",
+            "certificate": "" if math.isnan(self.certificate) else f"{self.certificate:.1e}",
+        }
+        rows = [[f"{t:.10g}", f"{level:g}"] for t, level in zip(self.switch_times, self.levels, strict=True)]
+        return page("PulseSequence", facts, [Table("", ["switch at [s]", "level after it"], rows)])
 
 
 def _pole(natural_frequency: float, damping_ratio: float) -> complex:

@@ -14,6 +14,7 @@ from shaper_fmu.kinds.one_mode import design_mode
 from shaper_fmu.kinds.shapers import FURTHER_PARAMETERS, PARAMETERS, SOLVED_WITH, Shaper
 from shaper_fmu.methods.record import declare
 from shaper_fmu.shapers.workspace import DesignWorkspace
+from shaper_fmu.slips import checked_numbers
 
 
 class _Workspace(DesignWorkspace):
@@ -53,6 +54,8 @@ def shaper(
     Raises ArgumentError for a value outside its domain, and when no such shaper exists.
     """
     chosen = _kind(kind)
+    checked_numbers("natural_frequency", natural_frequency)
+    checked_numbers("damping_ratio", damping_ratio)
     frequencies = _numbers("natural_frequency", natural_frequency)
     ratios = _numbers("damping_ratio", damping_ratio)
     if len(ratios) == 1:

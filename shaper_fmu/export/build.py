@@ -57,6 +57,8 @@ def build_fmu(
 
     Raises BuildError when the component cannot be built; then no file is written or changed.
     """
+    if not isinstance(component, type):
+        raise BuildError(f"build_fmu({component!r:.60}): a component's class is needed, such as find_component('MassSpringDamper')")
     chosen = [platform_named(name).name for name in platforms] or list(USUAL_PLATFORMS)
     if fmi not in (2, 3):
         raise BuildError(f"FMI {fmi} is not known; use 2 or 3")

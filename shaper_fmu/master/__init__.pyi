@@ -2,6 +2,8 @@
 
 from shaper_fmu.master.batch import Batch as Batch
 from shaper_fmu.master.batch import Plan as Plan
+from shaper_fmu.master.comparison import Comparison as Comparison
+from shaper_fmu.master.comparison import compare as compare
 from shaper_fmu.master.fmu import Fmu as Fmu
 from shaper_fmu.master.fmu import load_fmu as load_fmu
 from shaper_fmu.master.results import Results as Results

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+from collections.abc import ItemsView, Iterable, Iterator, KeysView, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,9 +16,9 @@ from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
 from shaper_fmu.spreadsheets import safe_text
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Results:
-    """Recorded variables of a run.
+    """Recorded variables of a run: results["plant.position"], `for name in results`, `results.items()`, `results.plot()`.
 
     Attributes:
         time: communication points [s], shape (n,).
@@ -42,9 +42,31 @@ class Results:
         """The values of "instance.variable"; "time" for the time. Raises ModelError with the nearest name."""
         if name == "time":
             return self.time
+        if not isinstance(name, str):
+            raise ModelError([f"results[{name!r:.40}]: a name is needed, such as results[{next(iter(self.values), 'time')!r}]"])
         if name not in self.values:
             raise ModelError([f"{name!r} was not recorded.{nearest(name, self.values)}"])
         return self.values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.values)
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __bool__(self) -> bool:
+        return True  # a run that has recorded nothing is a run, too
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.values
+
+    def keys(self) -> KeysView[str]:
+        """The names of the recorded variables, "instance.variable"; the time is none of them."""
+        return self.values.keys()
+
+    def items(self) -> ItemsView[str, np.ndarray]:
+        """Names and values."""
+        return self.values.items()
 
     def display(self, name: str) -> tuple[np.ndarray, str]:
         """The values in the unit in which people want to see them, and that unit."""
@@ -74,6 +96,27 @@ class Results:
         parquet.write_table(pyarrow.table([self.time, *self.values.values()], schema=schema), stream)
         write_file(Path(path), stream.getvalue().to_pybytes())
 
+    def plot(self, names: Iterable[str] | str | None = None, axes: Any = None) -> Any:
+        """Draw variables over time, one picture per unit, in the units for people; without names all that change.
+
+        `axes`: of matplotlib, one for each picture; new ones by default. Returns them: one, or an array. Raises ModelError for an
+        unknown name, ArgumentError where nothing is to be seen, ShaperFmuError without the package matplotlib.
+        """
+        from shaper_fmu.master.time_figures import time_figures
+        from shaper_fmu.notebook.plots import plot
+
+        return plot(time_figures({"": self}, names), axes)
+
+    def to_pandas(self) -> Any:
+        """A pandas.DataFrame over the index "time" [s], with units in its `attrs["units"]`. Needs the package pandas."""
+        try:
+            import pandas
+        except ImportError:
+            raise ShaperFmuError("to_pandas needs the package pandas: pip install 'shaper-fmu[pandas]'") from None
+        frame = pandas.DataFrame(dict(self.values), index=pandas.Index(self.time, name="time"))
+        frame.attrs["units"] = {"time": "s", **{name: self.units.get(name, "") for name in self.values}}
+        return frame
+
     def to_xarray(self) -> Any:
         """An xarray.Dataset over the coordinate "time", with units as attributes. Needs the package xarray."""
         try:
@@ -82,3 +125,25 @@ class Results:
             raise ShaperFmuError("to_xarray needs the package xarray: pip install 'shaper-fmu[xarray]'") from None
         variables = {name: ("time", column, {"units": self.units.get(name, "")}) for name, column in self.values.items()}
         return xarray.Dataset(variables, coords={"time": ("time", self.time, {"units": "s"})})
+
+    def __repr__(self) -> str:
+        from shaper_fmu.notebook.texts import counted, listed
+
+        span = f"{counted(len(self.time), 'point')} from {self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else "no points"
+        return f"<Results: {span}; {listed(list(self.values)) or 'no variables'}>"
+
+    def _repr_html_(self) -> str:
+        from shaper_fmu.master.time_figures import number_text
+        from shaper_fmu.notebook.html import page
+        from shaper_fmu.page.blocks import Table
+
+        rows = []
+        for name in self.values if len(self.time) else ():
+            column, unit = self.display(name)
+            rows.append([name, *(number_text(v) for v in (column[0], column[-1], column.min(), column.max())), unit])
+        facts = {
+            "time": f"{self.time[0]:g} to {self.time[-1]:g} s, {len(self.time)} points" if len(self.time) else "no points",
+            **{f"metric {name}": f"{value:.6g}" for name, value in self.metrics.items()},
+            "notes": "; ".join(self.notes),
+        }
+        return page("Results", facts, [Table("", ["variable", "first", "last", "least", "greatest", "unit"], rows)])

@@ -9,6 +9,7 @@ from shaper_fmu.master.isolated import simulate_isolated
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.structure import SystemStructure
+from shaper_fmu.slips import checked_mapping, checked_number
 
 
 class System(SystemStructure):
@@ -33,6 +34,9 @@ class System(SystemStructure):
         time, as is its end after `time_limit` [s] of wall time, from the first call of an FMU on. ModelError for a limit without
         isolation, and for an input's function that cannot be sent to the process (it must be importable from a module).
         """
+        checked_number("stop_time", stop_time)
+        checked_number("step", step)
+        checked_mapping("metrics", options.get("metrics"), '{"left": Residual(output="plant.position", command="shaper.shaped")}')
         if isolate:
             return simulate_isolated(self, stop_time, step, time_limit=time_limit, **options)
         if time_limit is not None:
@@ -40,3 +44,25 @@ class System(SystemStructure):
         record, metrics = options.pop("record", None), options.pop("metrics", None)
         with Simulation(self, record=record, metrics=metrics, exact=options.get("exact")) as simulation:
             return simulation.run(stop_time, step, **options)
+
+    def __repr__(self) -> str:
+        from shaper_fmu.notebook.texts import counted, listed
+
+        wires = counted(len(self.connections) + len(self.clock_connections), "connection")
+        return f"<System {self.name!r}: {listed(list(self.fmus)) or 'empty'}; {wires}>"
+
+    def _repr_html_(self) -> str:
+        from shaper_fmu.drawing.diagram import MOST_DRAWN
+        from shaper_fmu.drawing.svg import svg_of
+        from shaper_fmu.master.diagram import diagram_of
+        from shaper_fmu.notebook.html import page
+        from shaper_fmu.page.blocks import Table
+
+        if not self.fmus:
+            return page(f"System {self.name}", {"": "empty; add FMUs with system.add"})
+        drawn = svg_of(diagram_of(self)) if len(self.fmus) <= MOST_DRAWN else ""
+        rows = [
+            [name, fmu.name, f"FMI {fmu.description.fmiVersion}", ", ".join(f"{k} = {v}" for k, v in values.items())]
+            for (name, fmu), values in zip(self.fmus.items(), self.start_values.values(), strict=True)
+        ]
+        return page(f"System {self.name}", {}, [Table("", ["instance", "FMU", "", "start values"], rows, left_aligned=True)], drawn)

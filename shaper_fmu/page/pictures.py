@@ -39,12 +39,13 @@ def write_pictures(figures: Sequence[Figure], *paths: Path, columns: int = 1, ti
     FigureCanvasAgg(canvas)
     places = canvas.subplots(rows, columns, squeeze=False).flat
     for axes, figure in itertools.zip_longest(places, figures):
-        axes.set_axis_off() if figure is None else _draw(figure, axes)
+        axes.set_axis_off() if figure is None else draw(figure, axes)
     canvas.suptitle(_escaped(title))
     return _save(canvas, paths)
 
 
-def _draw(figure: Figure, axes: Any) -> None:
+def draw(figure: Figure, axes: Any) -> None:
+    """Draw the figure on axes of matplotlib."""
     right = axes.twinx() if figure.right_label else axes
     drawn = []
     for line, (colour, dash), symbol in zip(figure.lines, figure.styles(), figure.symbols(), strict=True):

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from shaper_fmu.analysis.vibration import Command, damping_curve, relative_residual, sensitivity_curve, tolerated_band
+from shaper_fmu.design.figures import move_figures, staircase
 from shaper_fmu.design.floor import distance_to_floor
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
 from shaper_fmu.design.profiles import Profile
@@ -16,27 +15,6 @@ from shaper_fmu.design.pulse_sequence import PulseSequence
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.page.blocks import Block, Table
 from shaper_fmu.page.figures import Figure, Line
-
-
-class Motion(Protocol):
-    """A move as functions of time."""
-
-    @property
-    def duration(self) -> float:
-        """Time from start to rest [s]."""
-        ...
-
-    def position(self, t: ArrayLike, /) -> np.ndarray:
-        """Position [m]."""
-        ...
-
-    def velocity(self, t: ArrayLike, /) -> np.ndarray:
-        """Velocity [m/s]."""
-        ...
-
-    def acceleration(self, t: ArrayLike, /) -> np.ndarray:
-        """Acceleration [m/s2]."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -56,13 +34,11 @@ def shaper_blocks(name: str, sequence: ImpulseSequence, mode: Mode) -> list[Bloc
         for i, (t, a, level) in enumerate(zip(sequence.delays, sequence.amplitudes, levels, strict=True))
     ]
     merits = [*merits_of(sequence, mode), ["above the floor of positive shapers", _floor_text(sequence, mode)]]
-    times = np.repeat([0.0, *sequence.delays, 1.15 * sequence.duration or 1.0], 2)[1:-1]
-    line = Line(name, times, np.repeat([0.0, *levels], 2))
     return [
         Table("Impulses", ["impulse", "delay [s]", "amplitude", "level of a step"], impulses),
         Table("Figures of merit", ["what", "value"], [*merits, _certificate(sequence.certificate)]),
         *sensitivity_figures(name, sequence, mode),
-        Figure("command", f"A unit step, shaped by {name}", "time [s]", "command", [line]),
+        staircase(f"A unit step, shaped by {name}", name, sequence.delays, levels.tolist(), sequence.duration),
     ]
 
 
@@ -75,17 +51,7 @@ def profile_blocks(name: str, law: Profile, mode: Mode) -> list[Block]:
         ["jumps at", ", ".join(f"{t:.9g} s" for t in law.jumps) or "none"],
         *merits_of(law, mode),
     ]
-    return [Table("Figures of merit", ["what", "value"], merits), *sensitivity_figures(name, law, mode), *motion_figures(name, law)]
-
-
-def motion_figures(name: str, law: Motion) -> list[Block]:
-    """Position, velocity and acceleration over time."""
-    t = np.linspace(-0.1 * law.duration, 1.15 * law.duration or 1.0, 1001)
-    curves = {"position [m]": law.position(t), "velocity [m/s]": law.velocity(t), "acceleration [m/s2]": law.acceleration(t)}
-    return [
-        Figure(what.split()[0], f"{name}: {what.split()[0]}", "time [s]", what, [Line(name, t, values)])
-        for what, values in curves.items()
-    ]
+    return [Table("Figures of merit", ["what", "value"], merits), *sensitivity_figures(name, law, mode), *move_figures(name, law)]
 
 
 def pulse_blocks(name: str, pulses: PulseSequence, mode: Mode) -> list[Block]:
@@ -99,13 +65,11 @@ def pulse_blocks(name: str, pulses: PulseSequence, mode: Mode) -> list[Block]:
         *merits_of(pulses, mode),
         _certificate(pulses.certificate),
     ]
-    times = np.repeat([0.0, *pulses.switch_times, 1.15 * pulses.travel_time], 2)[1:-1]
-    line = Line(name, times, np.repeat([0.0, *pulses.levels], 2))
     return [
         Table("Switches", ["switch", "time [s]", "level after it"], switches),
         Table("Figures of merit", ["what", "value"], merits),
         *sensitivity_figures(name, pulses, mode),
-        Figure("command", f"The on/off command {name}", "time [s]", "command", [line]),
+        staircase(f"The on/off command {name}", name, pulses.switch_times, pulses.levels, pulses.travel_time),
     ]
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from shaper_fmu.design.fastest import FastestMove
+from shaper_fmu.design.figures import move_figures
 from shaper_fmu.design.floor_of_moves import move_floor
 from shaper_fmu.design.profiles import Profile
 from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ComponentError
 from shaper_fmu.kinds.shapers import SHAPERS
 from shaper_fmu.page.blocks import Block, Table
-from shaper_fmu.report.design import Mode, merits_of, motion_figures, sensitivity_figures
+from shaper_fmu.report.design import Mode, merits_of, sensitivity_figures
 
 
 def fastest_blocks(move: FastestMove, mode: Mode) -> list[Block]:
@@ -41,7 +42,7 @@ def fastest_blocks(move: FastestMove, mode: Mode) -> list[Block]:
         Table("Modes", ["frequency [rad/s]", "damping ratio", "tolerated V", "largest V", "peak deflection [m]"], modes),
         Table("Figures of merit", ["what", "value"], merits),
         *sensitivity_figures("fastest", move, mode),
-        *motion_figures("fastest", move),
+        *move_figures("fastest", move),
     ]
 
 

@@ -47,6 +47,8 @@ def run_study(
     `engine`: serial in this process if None. With `retry_failed`, runs that have failed are run again. Raises ModelError before
     the first run if the study names what the system does not have, StudyError if the store is another study's or in use.
     """
+    if not isinstance(study, Study):
+        raise StudyError(f"run_study({study!r:.60}): a Study is needed, such as read_study('study.toml')")
     loaded = load_ssp(study.system_path)
     study = with_nominals(study, loaded.system)
     job = job_of(study, loaded)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from shaper_fmu.archives import write_file
-from shaper_fmu.errors import StudyError
+from shaper_fmu.errors import ArgumentError, StudyError, nearest
 from shaper_fmu.master.structure import SystemStructure as Structure
 from shaper_fmu.metrics.metric import Metric
+from shaper_fmu.slips import checked_mapping
 from shaper_fmu.ssp.archive import load_ssp
 from shaper_fmu.ssp.export import write_system
 from shaper_fmu.ssp.system import System
@@ -18,6 +19,8 @@ from shaper_fmu.sweep.engine import Progress, engine_for, run_study
 from shaper_fmu.sweep.plan import Value
 from shaper_fmu.sweep.study import Study
 from shaper_fmu.sweep.variation import Vary
+
+_CASES = '{"ZV": {"shaper.shaper": "zv"}, "ZVD": {"shaper.shaper": "zvd"}}'
 
 
 def sweep_system(
@@ -41,6 +44,18 @@ def sweep_system(
     "<store>.ssp", by which the store is resumed, reported and exported as any other. Raises StudyError if the store is another
     system's or another study's, ModelError for what an archive cannot hold, such as functions that drive inputs.
     """
+    checked_mapping("vary", vary, '{"plant.mass": [0.9, 1.0, 1.1]}')
+    checked_mapping("metrics", metrics, '{"left": Residual(output="plant.position", command="shaper.shaped")}')
+    compare = options.get("compare")
+    checked_mapping("compare", compare, _CASES)
+    for name, one in (compare or {}).items():
+        checked_mapping(f"compare: {name}", one, f"compare={_CASES}")
+    for name, one in vary.items():
+        if isinstance(one, str) or not isinstance(one, Vary | Iterable):
+            raise ArgumentError(f"vary: {name} = {one!r:.80}: a list of values is needed, or Vary(low=..., high=..., points=...)")
+    for name in options:
+        if name not in Study.__struct_fields__:
+            raise ArgumentError(f"sweep_system has no option {name!r}.{nearest(name, Study.__struct_fields__)}")
     store = Path(store)
     study = Study(
         name=options.pop("name", "") or system.name,

@@ -350,6 +350,32 @@ class Store:
         with self._named_errors(), self._database:
             return self._database.execute("DELETE FROM run WHERE status = 'failed'").rowcount
 
+    def plot(self, metric: str | None = None, axes: Any = None) -> Any:
+        """Draw metrics of the runs that are done over the first varied value, by case; all metrics, or one.
+
+        See `Results.plot` for axes, what is returned, and errors.
+        """
+        from shaper_fmu.notebook.plots import plot
+        from shaper_fmu.sweep.shown import metric_figures
+
+        return plot(metric_figures(self, metric), axes)
+
+    def __repr__(self) -> str:
+        from shaper_fmu.sweep.shown import counts_text, study_text
+
+        try:
+            counts = counts_text(self.counts())
+        except StudyError:
+            counts = "closed"
+        return f"<Store {str(self.path)!r} of {self._study.name!r}: {study_text(self._study)}; {counts}>"
+
+    def _repr_html_(self) -> str:
+        from shaper_fmu.notebook.html import page
+        from shaper_fmu.sweep.shown import cases_table, counts_text, study_facts, varied_table
+
+        facts = {"file": str(self.path), "runs": counts_text(self.counts()), **study_facts(self._study), **self.remarks()}
+        return page(f"Store of {self._study.name}", facts, [cases_table(self), varied_table(self._study)])
+
 
 def _unknown_kinds(text: str) -> list[str]:
     """The kinds of metrics in a study that no installed package knows."""

@@ -119,6 +119,17 @@ class Study(msgspec.Struct, forbid_unknown_fields=True, dict=True):
         del content["folder"]
         return json.dumps(content)
 
+    def __repr__(self) -> str:
+        from shaper_fmu.sweep.shown import study_text
+
+        return f"<Study {self.name!r}: {study_text(self)}>"
+
+    def _repr_html_(self) -> str:
+        from shaper_fmu.notebook.html import page
+        from shaper_fmu.sweep.shown import study_facts, varied_table
+
+        return page(f"Study {self.name}", study_facts(self), [varied_table(self)])
+
 
 def read_study(path: Path | str) -> Study:
     """Read a study file. Raises StudyError with the fault and its line."""

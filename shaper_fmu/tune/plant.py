@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from shaper_fmu.errors import ModelError, nearest
+from shaper_fmu.errors import ArgumentError, ModelError, nearest
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.motion import motion_order
@@ -17,6 +17,7 @@ from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
 from shaper_fmu.master.variables import TRANSFERABLE, kind_of, own_start
+from shaper_fmu.slips import checked_mapping, checked_names, checked_number
 from shaper_fmu.tune.meter import Meter
 
 ALONE = "plant"
@@ -47,6 +48,10 @@ class Plant:
         outputs: Sequence[str] | None = None,
         start_values: Mapping[str, Any] | None = None,
     ):
+        checked_names("outputs", outputs)
+        checked_mapping("start_values", start_values, '{"mass": 2.0}')
+        if not isinstance(input, str):
+            raise ArgumentError(f"input = {input!r:.80}: the name of one input is needed, such as 'force'")
         self._system = source if isinstance(source, System) else alone_system(source, start_values or {})
         if isinstance(source, System) and start_values:
             raise ModelError(["start values of a system are set in the system itself, by System.set"])
@@ -236,6 +241,7 @@ class Plant:
         """Nominal values of parameters that vary by these shares; raises ModelError for what cannot be varied."""
         found, problems = {}, []
         for name, share in spread.items():
+            checked_number(f"spread of {name}", share)
             instance, variable = self.port(name)
             declared = self._system.fmus[instance].variable(variable, "parameter")
             given: Any = self._system.start_values[instance].get(variable, declared.start)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
 from shaper_fmu.analysis.identification import CONTRADICTING, Finding
+from shaper_fmu.errors import ArgumentError, nearest
 from shaper_fmu.renamed import warn_renamed
+from shaper_fmu.slips import checked_mapping, checked_names, checked_number, checked_numbers
 from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.choice.search import Candidate
@@ -47,7 +49,7 @@ Say = Callable[[str], None]
 """Called with a text on the next step of the work."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Tuning:
     """The result of a tuning.
 
@@ -107,9 +109,44 @@ class Tuning:
         """The caveat in the files of the shaper; "" with a good verdict, and without a shaper."""
         return CAVEATS.get(self.verdict, "") if self.choice is not None and self.choice.recommended is not None else ""
 
+    def plot(self, axes: Any = None) -> Any:
+        """Draw the outputs after the command, unshaped and shaped, in the worst case; see `Results.plot`.
+
+        Raises ArgumentError where the shaper was not tried on a plant: then `tuning.choice.plot()` shows the choice.
+        """
+        from shaper_fmu.notebook.plots import plot
+        from shaper_fmu.tune.shown import response_figures
+
+        figures = response_figures(self)
+        if not figures:
+            hint = "; tuning.choice.plot() shows the choice" if self.choice is not None else ""
+            raise ArgumentError(f"there is no response to plot, since no shaper was tried on a plant ({self.verdict}){hint}")
+        return plot(figures, axes)
+
+    def __repr__(self) -> str:
+        from shaper_fmu.tune.shown import tuning_text
+
+        return f"<Tuning: {tuning_text(self)}>"
+
+    def _repr_html_(self) -> str:
+        from shaper_fmu.notebook.html import page
+        from shaper_fmu.tune.choice.shown import front_table, modes_table
+        from shaper_fmu.tune.shown import tuning_facts
+
+        tables = [modes_table(self.choice), front_table(self.choice)] if self.choice is not None else []
+        return page(f"Tuning of {self.source}", tuning_facts(self), tables)
+
 
 def requirements_for(spread: Mapping[str, float], **wanted: Any) -> Requirements:
     """`Requirements` with 1 % nominally, and with a margin of the frequencies if no parameter varies."""
+    checked_mapping("spread", spread, '{"mass": 0.1} for 10 %')
+    for name, share in spread.items():
+        checked_number(f"spread of {name}", share)
+    known = [one.name for one in fields(Requirements)]
+    for name, value in wanted.items():
+        if name not in known:
+            raise ArgumentError(f"a requirement {name!r} is not known.{nearest(name, known)}")
+        checked_names(name, value) if name == "kinds" else checked_numbers(name, value)
     margin = 0.0 if any(spread.values()) else UNKNOWN_MARGIN
     tolerance = wanted.get("tolerance", Requirements.tolerance)
     return Requirements(**{"nominal_tolerance": min(0.01, tolerance), "frequency_margin": margin, **wanted})

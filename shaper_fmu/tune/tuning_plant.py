@@ -8,9 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from shaper_fmu.errors import ArgumentError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
 from shaper_fmu.renamed import renamed_argument
+from shaper_fmu.slips import checked_mapping, checked_number
 from shaper_fmu.tune.choice.boxes import ModeBox, mode_boxes
 from shaper_fmu.tune.choice.choice import choose, choose_another
 from shaper_fmu.tune.choice.reasons import percent
@@ -61,6 +63,13 @@ def tune_plant(
     Raises IdentificationError where the experiments do not support an answer, ModelError for wrong names, SimulationError if
     the plant cannot be run.
     """
+    checked_mapping("spread", spread, '{"mass": 0.1} for 10 %')
+    for name, share in (spread or {}).items():
+        checked_number(f"spread of {name}", share)
+    if amplitude is not None:
+        checked_number("amplitude", amplitude)
+    if requirements is not None and not isinstance(requirements, Requirements):
+        raise ArgumentError(f"requirements = {requirements!r:.80}: Requirements are needed, such as requirements_for(spread)")
     spread = dict(spread or {})
     requirements = requirements or requirements_for(spread)
     requirements.check_impulses_only()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from shaper_fmu.renamed import warn_renamed
 from shaper_fmu.tune.choice.bands import shortest
@@ -13,7 +14,7 @@ from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.search import SAME, Candidate, Dominated
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Choice:
     """The result of `choose`.
 
@@ -61,6 +62,24 @@ class Choice:
         nominal = max(candidate.nominal, self.requirements.nominal_tolerance)
         floor = shortest(self.boxes, candidate.worst_case, nominal)
         return candidate.delay / floor - 1.0 if floor else None
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw what candidates leave over their delays; see `Results.plot` for axes, what is returned, and errors."""
+        from shaper_fmu.notebook.plots import plot
+        from shaper_fmu.tune.choice.shown import trade_off
+
+        return plot([trade_off(self)], axes)
+
+    def __repr__(self) -> str:
+        from shaper_fmu.tune.choice.shown import choice_text
+
+        return f"<Choice of {len(self.candidates)}: {choice_text(self)}>"
+
+    def _repr_html_(self) -> str:
+        from shaper_fmu.notebook.html import page
+        from shaper_fmu.tune.choice.shown import choice_facts, front_table, modes_table
+
+        return page(f"Choice of {len(self.candidates)}", choice_facts(self), [modes_table(self), front_table(self)])
 
 
 def quick(candidate: Candidate, requirements: Requirements) -> bool:
