@@ -57,6 +57,8 @@ def lazily(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]],
         if name in renamed:
             warn_renamed(f"{package}.{name}", renamed[name])
             name = renamed[name]
+        if name not in known and name in _sub_packages(package):
+            return importlib.import_module(f"{package}.{name}")
         if name not in known:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         return getattr(importlib.import_module(known[name]), name)

@@ -180,4 +180,4 @@ def test_what_cannot_be_plotted_is_said(objects: dict[str, Any]) -> None:
 
 def test_the_prompt_completes_all_public_names() -> None:
     assert set(dir(shaper_fmu)) >= {*homes("shaper_fmu"), *shaper_fmu.__all__, "sweep", "tune", "info"}
-    assert all(getattr(shaper_fmu, name) is not None for name in homes("shaper_fmu"))
+    assert all(getattr(shaper_fmu, name) is not None for name in dir(shaper_fmu))
