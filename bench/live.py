@@ -1,4 +1,4 @@
-"""The live page in headless chromium: from the event of a slider to the picture, a design for two modes and 2,000 steps of a mass."""
+"""The live page in headless chromium: from a slider's event to the picture, a design for two modes and 2,000 steps of a mass."""
 
 from __future__ import annotations
 

@@ -239,6 +239,15 @@ def test_a_link_holds_the_state(chromium, page):
     assert chromium.run("document.getElementById('said').textContent") == ""
 
 
+def test_a_link_holds_every_example(chromium, page):
+    opened(chromium, page)
+    for i in range(chromium.run("live.page.presets.length")):
+        select(chromium, "presets", str(i))
+        again = chromium.run("stateOf(hashOf(live.state), live.page)")
+        assert again == {"state": state(chromium), "wrong": []}
+    assert i > 8
+
+
 def test_a_link_that_is_wrong_says_so(chromium, page):
     opened(chromium, page, "#shaper=zvv&modes=10,2&plant=Rocket&tolerance=7&size=0.5")
     said = chromium.run("document.getElementById('said').textContent")
