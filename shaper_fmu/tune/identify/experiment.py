@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,10 +27,17 @@ from shaper_fmu.tune.identify.excitation import Excitation, ExcitationKind
 from shaper_fmu.tune.identify.linear_comparison import LinearComparison, compare
 from shaper_fmu.tune.identify.linear_modes import AT_REST
 from shaper_fmu.tune.identify.linearization import NoLinearizationError, linearize
-from shaper_fmu.tune.identify.response import TOLERATED, Experiment, Response
-from shaper_fmu.tune.identify.survey import Survey, survey
+from shaper_fmu.tune.identify.response import LINEAR, TOLERATED, Experiment, Response
+from shaper_fmu.tune.identify.survey import survey
 from shaper_fmu.tune.plant import Plant
 
+_LONGER = 1.3
+_FEW_PER_PERIOD = 16
+_FEW_PERIODS = 6.0
+_FEW_SAMPLES = 96
+"""What is enough where a response is the same at two steps to this share of a pole:"""
+_SAME_POLE = 1e-5
+_FEWEST_PERIODS = 4.5
 _SAMPLES_PER_PERIOD = 30
 _FEWEST_PER_PERIOD = 12
 _TIME_CONSTANTS = 3.0
@@ -61,6 +68,7 @@ class PlantIdentification:
         start_values: of the operating point.
         findings: what the user should know, of the experiment and of the identification.
         linear: comparison with the FMU's linearization; None where that cannot be had.
+        grid: internal step of an FMU that moves only in these [s], else 0.
     """
 
     identification: Identification
@@ -77,6 +85,7 @@ class PlantIdentification:
     start_values: Mapping[str, Any]
     findings: tuple[Finding, ...]
     linear: LinearComparison | None = None
+    grid: float = 0.0
 
     @property
     def modes(self) -> tuple[Mode, ...]:
@@ -127,6 +136,7 @@ def experiment(
     smallest_share: float = 1e-3,
     linear: bool = True,
     restored: bool = True,
+    like: PlantIdentification | None = None,
 ) -> PlantIdentification:
     """Identify the modes from `input` to `outputs` at an operating point, by experiments.
 
@@ -140,18 +150,24 @@ def experiment(
         smallest_share: modes with less of the amplitude than this, in each output, are not listed.
         linear: whether the modes are compared with those of the FMU's linearization, where it can be had (see `linearize`).
         restored: whether runs begin in the settled states, where the FMUs save and restore them exactly; else all at the start.
+        like: an experiment on the same plant at another point, whose samples may do here, too: no survey is made if they show as
+            many modes as there.
 
     Raises IdentificationError if the data support no answer, SimulationError if the plant cannot be run, ModelError for names.
     """
     plant = Plant.of(source, input, outputs, start_values)
     trial = Experiment(plant, dict(point or {}), restored=restored)
     try:
-        guess = duration or plant.duration_hint
+        guess = duration or (_LONGER * like.step * len(like.time) if like is not None and like.modes else plant.duration_hint)
         first = amplitude if amplitude is not None else plant.first_amplitude(trial.rest)
         with plant.meter.part("settle"):
-            trial.find_grid(first)
+            if like is None:
+                trial.find_grid(first)
+            else:
+                trial.grid = like.grid
             unrest = trial.settle(guess)
-        found, response = _identified(trial, excitation, first, guess, smallest_share, search=amplitude is None)
+        search = _Search(excitation, first, smallest_share, search=amplitude is None)
+        found, response = _alike(trial, search, like) or _identified(trial, search, guess)
     finally:
         trial.close()
     findings = _findings(response, trial, unrest) + list(found.findings)
@@ -160,34 +176,77 @@ def experiment(
     return PlantIdentification(
         found, response.excitation, response.time, response.values, plant.input, plant.input_unit, tuple(plant.outputs),
         tuple(plant.units), trial.settle_time, response.nonlinearity, response.coupling, dict(point or {}),
-        tuple(findings + differences), compared,
+        tuple(findings + differences), compared, trial.grid,
     )  # fmt: skip
 
 
-def _identified(
-    trial: Experiment, kind: ExcitationKind, amplitude: float, guess: float, smallest_share: float, *, search: bool
-) -> tuple[Identification, Response]:
-    """A first look, then closer ones until the modes stay."""
+@dataclass(frozen=True)
+class _Search:
+    """How modes are looked for: see `experiment`; with `search` at ever smaller amplitudes, until the response is linear."""
+
+    kind: ExcitationKind
+    amplitude: float
+    smallest_share: float
+    search: bool
+
+    def from_amplitude(self, seen: Response) -> _Search:
+        """The same from the amplitude on at which a response was seen to be linear."""
+        return replace(self, amplitude=seen.excitation.amplitude) if self.search else self
+
+
+def _identified(trial: Experiment, search: _Search, guess: float) -> tuple[Identification, Response]:
+    """A first look, then a closer one; more of these, with more samples, until the modes stay."""
     with trial.plant.meter.part("look"):
-        seen = survey(trial, kind, amplitude, guess)
+        seen = survey(trial, search.kind, search.amplitude, guess)
     with trial.plant.meter.part("excite"):
-        return _refined(trial, kind, amplitude, seen, smallest_share, search=search)
+        found, response = seen.found, seen.response
+        if found.modes and not found.has("too_fast"):
+            search = search.from_amplitude(response)
+            before, (found, response) = found, _closer(trial, search, _few(found, trial))
+            if _agree(before, found):
+                return found, response
+        for _ in range(_REFINEMENTS):
+            before, (found, response) = found, _closer(trial, search, _sampling(found, seen.duration, trial))
+            if not found.has("too_fast") and (_is_same(before, found, trial) or not found.vibrates):
+                break
+        return found, response
 
 
-def _refined(
-    trial: Experiment, kind: ExcitationKind, amplitude: float, seen: Survey, smallest_share: float, *, search: bool
-) -> tuple[Identification, Response]:
-    found, response = seen.found, seen.response
-    for _ in range(_REFINEMENTS):
-        sampling = _sampling(found, seen.duration, trial)
-        response = _closer(trial, kind, amplitude, sampling, search=search)
-        step = float(response.time[1])
-        before, found = found, identify(
-            free_response(response.values, step, trial.plant.outputs, response.error), smallest_share=smallest_share
-        )  # fmt: skip
-        if not found.has("too_fast") and (_is_same(before, found, trial) or not found.vibrates):
-            break
+def _alike(trial: Experiment, search: _Search, like: PlantIdentification | None) -> tuple[Identification, Response] | None:
+    """An experiment with the samples of one at another point; None if they do not show as many modes, or do not resolve them."""
+    if like is None or not like.modes or like.excitation.kind != search.kind:
+        return None
+    with trial.plant.meter.part("excite"):
+        try:
+            search = replace(search, amplitude=like.excitation.amplitude) if search.search else search
+            found, response = _closer(trial, search, _Sampling(like.step, like.excitation.width, len(like.time)))
+        except IdentificationError:
+            return None
+    periods = [mode.period for mode in found.modes]
+    resolved = len(periods) == len(like.modes) and not any(found.has(code) for code in ("too_fast", "too_slow", "not_converged"))
+    resolved = resolved and response.nonlinearity <= max(LINEAR, like.nonlinearity)
+    resolved = resolved and min(periods) >= _FEWEST_PER_PERIOD * like.step
+    if not resolved or max(periods) * _FEWEST_PERIODS > like.step * len(like.time):
+        return None
     return found, response
+
+
+def _agree(one: Identification, other: Identification) -> bool:
+    """Whether two records show the same modes, to `_SAME_POLE`."""
+    if len(one.modes) != len(other.modes) or other.has("too_fast"):
+        return False
+    pairs = zip(one.modes, other.modes, strict=True)
+    return all(abs(a.pole - b.pole) <= _SAME_POLE * abs(b.pole) for a, b in pairs)
+
+
+def _few(found: Identification, trial: Experiment) -> _Sampling:
+    """So many samples as show the modes of a response without noise."""
+    fastest, slowest = (limit(mode.period for mode in found.modes) for limit in (min, max))
+    step = trial.on_grid(fastest / _FEW_PER_PERIOD)
+    samples = max(_FEW_SAMPLES, math.ceil(_FEW_PERIODS * slowest / step))
+    if samples > _MOST_SAMPLES:
+        return _sampling(found, 1.0, trial)
+    return _Sampling(step, step * max(1, round(0.25 * fastest / step)), samples)
 
 
 @dataclass(frozen=True)
@@ -222,11 +281,13 @@ def _sampling(found: Identification, looked: float, trial: Experiment) -> _Sampl
     return _Sampling(step, step * max(1, round(0.25 * fastest / step)), max(_FEWEST_SAMPLES, math.ceil(duration / step)))
 
 
-def _closer(trial: Experiment, kind: ExcitationKind, amplitude: float, sampling: _Sampling, *, search: bool) -> Response:
-    width = sampling.width if kind != "chirp" else sampling.step * max(64, sampling.samples // 8)
-    made = trial.excitation(kind, amplitude, width, sampling.step)
-    response = trial.respond(made, sampling.step, sampling.samples, search=search)
-    return trial.converged(response, sampling.step)
+def _closer(trial: Experiment, search: _Search, sampling: _Sampling) -> tuple[Identification, Response]:
+    width = sampling.width if search.kind != "chirp" else sampling.step * max(64, sampling.samples // 8)
+    made = trial.excitation(search.kind, search.amplitude, width, sampling.step)
+    response = trial.respond(made, sampling.step, sampling.samples, search=search.search)
+    response = trial.converged(response, sampling.step)
+    record = free_response(response.values, float(response.time[1]), trial.plant.outputs, response.error)
+    return identify(record, smallest_share=search.smallest_share), response
 
 
 def _is_same(before: Identification, found: Identification, trial: Experiment) -> bool:

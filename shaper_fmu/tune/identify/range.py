@@ -106,16 +106,13 @@ def identify_plant(
     plant = Plant.of(source, input, outputs, start_values)
     found: list[PlantIdentification] = []
     failed: list[Finding] = []
-    hint = dict(options)
-    for number, point in enumerate(points):
+    for point in points:
         try:
-            here = experiment(plant, point=point, **hint)
+            here = experiment(plant, point=point, like=found[0] if found else None, **options)
             found.append(here)
-            if number == 0 and here.modes:
-                hint.setdefault("duration", here.step * len(here.time))
             for factor in amplitude_factors:
                 amplitude = factor * here.excitation.amplitude
-                found.append(experiment(plant, point=point, **{**hint, "amplitude": amplitude}))
+                found.append(experiment(plant, point=point, like=found[0], **{**options, "amplitude": amplitude}))
         except (IdentificationError, SimulationError) as error:
             if not found:
                 raise

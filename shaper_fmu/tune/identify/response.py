@@ -21,12 +21,15 @@ LINEAR = 1e-4
 TOLERATED = 0.02
 """Nonlinearity from which on the plant is called too nonlinear."""
 _HALF = 0.47
-_LOOKED = 200
+_LOOKED = 101
+"""Samples of the motion without excitation: no round number, or a periodic disturbance may seem to stand still."""
 _HUGE = 1e100
 _DECADES = 9
 _MOST_DOUBLINGS = 7
 _AT_REST = 1e-3
 _COUPLING = 1e-5
+_HALF_COUPLING = 0.5 * _COUPLING
+"""Of the first half of a response: what errs by each step has erred half as much there."""
 _MOST_SUBSTEPS = 256
 _MOST_RISES = 2
 """Halvings that may make it worse: solvers of FMUs err with each step, so that shorter ones need not be better."""
@@ -40,6 +43,8 @@ _RETRIES = 3
 """Quarterings of the communication step, where an excited plant fails."""
 _GROWING = 1.5
 """Motion without excitation in the last window over that in the first one, from which on shorter steps are tried."""
+_LONGER = 1.3
+"""How much longer than asked for the plant is seen to stand still, since other runs follow."""
 _WORTH = 0.1
 """Share of a run's steps in which the plant settles, from which on states are saved."""
 
@@ -78,6 +83,8 @@ class Experiment:
     restored: bool = True
     grid: float = 0.0
     settling: Settling = field(init=False)
+    _still: tuple[float, np.ndarray] | None = None
+    _moves: bool = False
     _rests: dict[tuple[float, ...], np.ndarray] = field(default_factory=dict)
     _fails_at_shorter_steps: bool = False
 
@@ -166,6 +173,7 @@ class Experiment:
         rest = np.array([[0.0, self.rest]])
         step = self.on_grid(window / _LOOKED)
         values = self.plant.run(rest, settled + window, step, self.point, self._divided(step))[1]
+        self._note_still(settled + window, values)
         size = np.maximum(np.abs(values).max(axis=0), 1e-300)
         late, early = np.ptp(values[round(settled / step) :], axis=0), np.ptp(values[: round(window / step) + 1], axis=0)
         return np.column_stack([late, np.maximum(np.ptp(values, axis=0), 1e-9 * size), size, np.maximum(early, 1e-9 * size)])
@@ -224,6 +232,9 @@ class Experiment:
         """Outputs at every communication step without excitation; states after `settled` steps are kept where that is worth it."""
         system = self.plant.driven(table)
         step, stop = key[0] / key[2], key[1]
+        if self._stands_still(stop):
+            assert self._still is not None
+            return np.tile(self._still[1], (number_of_rows(stop, step), 1))
         worth = settled >= _WORTH * stop / step and self.restored and self.settling.problem is None
         if worth and SettledRuns.serves(system):
             runs = SettledRuns(system, self.plant.outputs, settled)
@@ -231,6 +242,19 @@ class Experiment:
             if found is not None:
                 return found
         return self._run(system, stop, step)
+
+    def _stands_still(self, stop: float) -> bool:
+        """Whether no output changes by a single bit without excitation: such a run need not be made at every step."""
+        if (self._still is None or stop > self._still[0]) and not self._moves:
+            step = self.on_grid(_LONGER * stop / _LOOKED)
+            longer, rest = step * math.ceil(_LONGER * stop / step - 1e-9), np.array([[0.0, self.rest]])
+            self._note_still(longer, self.plant.run(rest, longer, step, self.point, self._divided(step))[1])
+        return not self._moves
+
+    def _note_still(self, until: float, values: np.ndarray) -> None:
+        self._moves = self._moves or bool((values != values[0]).any())
+        if self._still is None or until > self._still[0]:
+            self._still = until, values[0]
 
     def rounding(self) -> np.ndarray:
         """Size of the outputs' rounding errors in the runs without excitation, shape (m,)."""
@@ -284,6 +308,8 @@ class Experiment:
         best, least, share = found.values, math.inf, 1.0
         most = _MOST_SUBSTEPS / self._divided(step)
         while not self.grid and substeps < most and rises < _MOST_RISES:
+            if substeps == 1 and not self.plant.coupled and self._is_same_halved(found, step):
+                return found  # an FMU alone, as most are: its own steps do not matter
             substeps *= 2
             fine = self.difference(found.excitation, step, samples, substeps)
             if max(np.abs(fine).max(), np.abs(coarse).max()) >= _HUGE:  # so coarse a step makes it diverge
@@ -292,8 +318,6 @@ class Experiment:
             change = float(np.max(_rms(fine - coarse) / np.maximum(_rms(fine), 1e-300)))
             order = round(math.log2(previous / change)) if 0.0 < change < previous < math.inf else 0
             gain = 1.0 / (2.0**order - 1.0) if order in (1, 2) else 0.0
-            if substeps == 2 and change < _COUPLING and not self.plant.coupled:
-                return found  # an FMU alone, as most are: its own steps do not matter
             rises = rises + 1 if least <= change < 1.0 else 0
             if change < least:
                 best, least, share = fine + gain * (fine - coarse), change, 0.1 if gain else 1.0
@@ -309,6 +333,17 @@ class Experiment:
         known = found.error * _rms(best) / np.maximum(_rms(found.values), 1e-300)  # too coarse a response may be far too large
         error = np.hypot(known, share * change * _rms(best))
         return replace(found, values=best, error=error, coupling=share * change)
+
+    def _is_same_halved(self, found: Response, step: float) -> bool:
+        """Whether the first half of a response stays at half the communication step."""
+        samples = len(found.values) // 2
+        fine, coarse = self.difference(found.excitation, step, samples, 2), found.values[:samples]
+        return bool((_rms(fine - coarse) < _HALF_COUPLING * np.maximum(_rms(fine), 1e-300)).all())
+
+
+def number_of_rows(stop: float, step: float) -> int:
+    """Of a run with steps of this length."""
+    return round(stop / step) + 1
 
 
 def _is_calmer(fine: np.ndarray, coarse: np.ndarray) -> bool:

@@ -11,7 +11,8 @@ from shaper_fmu.analysis.identification import Identification, IdentificationErr
 from shaper_fmu.tune.identify.excitation import ExcitationKind
 from shaper_fmu.tune.identify.response import Experiment, Response
 
-SAMPLES = 8192
+LEVELS = (256, 2048, 8192)
+"""Samples of a record: more are taken where so few do not show all, or not by poles alone."""
 _PULSE = 4
 _FEWEST = 256
 _SMALLEST = 1e-3
@@ -20,6 +21,9 @@ _ROUNDS = 8
 _FEWEST_PERIODS = 4.0
 _ALIAS_STEP = 1.29
 _UNEXPLAINED = 0.3
+_EXPLAINED = 1e-3
+"""The same where more samples may still be taken: the step matters, or a fast mode is seen as a slow one."""
+_NONLINEAR = 5.0
 _NARROW = 1.5
 _SETTLED = 0.02
 _GROWN = 1e4
@@ -41,23 +45,43 @@ def survey(experiment: Experiment, kind: ExcitationKind, amplitude: float, durat
     """Find a duration at which the modes are visible, from `duration` [s] on; raises IdentificationError if there is none.
 
     Shorter where the response has content that the samples do not resolve, or aliases; longer where there are too few periods.
+    It begins with few samples, and is content with these if they show vibration, all of it, and the same at another step.
     """
+    seen: Survey | None = None
+    for samples in LEVELS:
+        last = samples == LEVELS[-1]
+        try:
+            seen, enough = _survey(experiment, kind, amplitude, seen.duration if seen is not None else duration, samples, duration)
+        except IdentificationError:
+            if last:
+                raise
+            continue
+        if enough and (last or seen.found.vibrates or _is_unstable(seen)):
+            return seen
+    assert seen is not None  # else the error was raised
+    return seen
+
+
+def _survey(
+    experiment: Experiment, kind: ExcitationKind, amplitude: float, duration: float, most: int, first: float
+) -> tuple[Survey, bool]:
+    """The best record of so many samples, and whether it shows all that is slow; raises IdentificationError if there is none."""
     best: Survey | None = None
     low, high = 0.0, math.inf  # durations known to be too short, too long
-    first = duration
+    begun = duration
     for _ in range(_ROUNDS):
-        step = experiment.on_grid(duration / SAMPLES)
-        samples = SAMPLES if step == duration / SAMPLES else max(_FEWEST, round(duration / step))
+        step = experiment.on_grid(duration / most)
+        samples = most if step == duration / most else max(_FEWEST, round(duration / step))
         width = _PULSE * step if kind != "chirp" else 0.25 * duration
         response = experiment.respond(experiment.excitation(kind, amplitude, width, step), step, samples)
         too_long = _grows(response.values) or _stride(response) == 0 or _is_over(response.values)
         found = None if too_long else _identified(experiment, response)
         if found is not None:
-            too_long = found.has("too_fast") or (found.vibrates and _aliased(experiment, response, found))
+            too_long = found.has("too_fast") or (found.vibrates and _aliased(experiment, response, found, most))
             if not too_long:
                 best = Survey(found, duration, response)
                 if _is_enough(best, first):
-                    return best
+                    return best, True
         low, high = (low, duration) if too_long else (duration, high)
         if low > 0.0 and high < math.inf:
             duration = math.sqrt(low * high)
@@ -70,11 +94,11 @@ def survey(experiment: Experiment, kind: ExcitationKind, amplitude: float, durat
             f"down to {high:.2g} s" if low == 0.0 else f"up to {low:.2g} s" if high == math.inf else f"{low:.2g} s to {high:.2g} s"
         )
         raise IdentificationError(
-            f"no time scale was found at which the response shows vibration (tried: {first:.3g} s, and {beside}): the "
+            f"no time scale was found at which the response shows vibration (tried: {begun:.3g} s, and {beside}): the "
             "outputs may follow the input at once, only integrate it, or stick. If they do vibrate, give as `duration` how long a "
             "few periods of the slowest mode take"
         )
-    return best
+    return best, False
 
 
 def _grows(values: np.ndarray) -> bool:
@@ -99,7 +123,7 @@ def _is_over(values: np.ndarray) -> bool:
 def _is_enough(seen: Survey, first: float) -> bool:
     """Whether a record shows all that is slow; what does not vibrate but drifts may do so later."""
     found = seen.found
-    if any(other.kind in ("unstable", "growth") and other.pole.real * seen.duration > _CLEAR for other in found.others):
+    if _is_unstable(seen):
         return True
     if found.has("too_slow"):
         return False
@@ -107,6 +131,11 @@ def _is_enough(seen: Survey, first: float) -> bool:
         return seen.duration >= _FEWEST_PERIODS * max(mode.period for mode in found.modes)
     drifts = found.has("drift") or found.has("acceleration")
     return seen.duration >= _FACTOR**3 * first or (not drifts and _has_settled(seen.response.values))
+
+
+def _is_unstable(seen: Survey) -> bool:
+    others = seen.found.others
+    return any(one.kind in ("unstable", "growth") and one.pole.real * seen.duration > _CLEAR for one in others)
 
 
 def _stride(response: Response) -> int:
@@ -142,13 +171,15 @@ def _identified(experiment: Experiment, response: Response) -> Identification | 
     return None
 
 
-def _aliased(experiment: Experiment, response: Response, found: Identification) -> bool:
-    """Whether the poles do not explain the response at other sample times."""
+def _aliased(experiment: Experiment, response: Response, found: Identification, most: int) -> bool:
+    """Whether the poles do not explain the response at other sample times; strictly where more samples may be taken."""
     excitation, known = response.excitation, float(response.time[1])
     step = experiment.on_grid(_ALIAS_STEP * known)
     again = experiment.excitation(excitation.kind, excitation.amplitude, excitation.width * step / known, step)
-    values = experiment.difference(again, step, len(response.time))
-    return unexplained(free_response(values, step, experiment.plant.outputs, response.error), found) > _UNEXPLAINED
+    samples = len(response.time) if most == LEVELS[-1] else len(response.time) // 2
+    values = experiment.difference(again, step, samples)
+    left = unexplained(free_response(values, step, experiment.plant.outputs, response.error), found)
+    return left > (_UNEXPLAINED if most == LEVELS[-1] else max(_EXPLAINED, _NONLINEAR * response.nonlinearity))
 
 
 def _has_settled(values: np.ndarray) -> bool:

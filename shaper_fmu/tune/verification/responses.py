@@ -14,9 +14,9 @@ from shaper_fmu.tune.choice.choice import Candidate
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.move import MoveCommand
+from shaper_fmu.tune.verification.runs import STEPS_PER_PERIOD
 
 _PERIODS = 5.0
-_STEPS_PER_PERIOD = 40
 _MOST_POINTS = 20_000
 _SAME_TIME = 1e-6
 _BEFORE = 0.02
@@ -54,14 +54,15 @@ def simulated_responses(
 ) -> Responses:
     """Simulate a command with and without the candidate's shaper; its beginning is time 0 of the result.
 
-    `step` is the communication step [s], that of the verification. The points kept are a 40th of the fastest period apart at most
-    where that are not too many. Raises SimulationError if the plant cannot be run.
+    `step` is the communication step [s], that of the verification; it is divided for points that are a 24th of the fastest period
+    apart at most, and of finer ones some are left out. Raises SimulationError if the plant cannot be run.
     """
     slowest = 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
     fastest = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes)
     shown = command.shown(plant, candidate)
     end = max(one.end for one in shown) - command.start + _PERIODS * slowest
-    kept = max(1, math.floor(max(fastest / _STEPS_PER_PERIOD, end / _MOST_POINTS) / step))
+    step /= max(1, math.ceil(step / (fastest / STEPS_PER_PERIOD) - 1e-9))
+    kept = max(1, math.floor(max(fastest / STEPS_PER_PERIOD, end / _MOST_POINTS) / step))
     names = {name: plant.full(name) for name in outputs}
     runs = []
     for system in (one.system for one in shown):

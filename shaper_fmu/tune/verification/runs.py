@@ -17,9 +17,10 @@ from shaper_fmu.tune.choice.choice import Candidate
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.move import MoveCommand
+from shaper_fmu.tune.verification.peaks import peak_to_peak
 
-_STEPS_PER_PERIOD = 160
-"""Of the fastest mode: a sine's peak is missed by 2e-4 at most."""
+STEPS_PER_PERIOD = 24
+"""Of the fastest mode, at first: a parabola through three samples misses a sine's peak by 1.1e-4 at most."""
 _PERIODS = 1.5
 _MOST_PARAMETERS = 5
 _GROWN = 1.4
@@ -31,7 +32,7 @@ _AT_REST = 0.1
 """Share of the tolerance that motion without a step may have of the unshaped residual."""
 STAYS = 1e-3
 """Share of the tolerance by which halving the step may change a share."""
-_MOST_HALVINGS = 7
+_MOST_PER_PERIOD = 20480
 _FIRST_ORDER = 0.4, 0.6
 """Change by halving the step, over the change before, of a solver of the first order: what remains is as much again."""
 _NEAR = 10.0
@@ -77,6 +78,7 @@ class ShapedRuns:
     Attributes:
         outputs: names with instances.
         step: communication step of all runs [s].
+        tolerance: see `verify`.
     """
 
     def __init__(
@@ -91,12 +93,13 @@ class ShapedRuns:
         self.plant: Plant = plant
         self.outputs: list[str] = [self.plant.full(name) for name in outputs]
         fastest = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes)
-        self.step: float = min(fastest / _STEPS_PER_PERIOD, plant.longest_step)
-        self._finest = fastest / _STEPS_PER_PERIOD * 0.5**_MOST_HALVINGS
+        self.step: float = min(fastest / STEPS_PER_PERIOD, plant.longest_step)
+        self._finest = fastest / _MOST_PER_PERIOD
         self._window = _PERIODS * 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
-        self._tolerance = tolerance
+        self.tolerance: float = tolerance
         self._command = command
         self._cases = command.cases(plant, candidate)
+        self._known: dict[tuple[float, ...], Measured] = {}
 
     def nominals(self, spread: Mapping[str, float]) -> dict[str, float]:
         """Nominal values of the parameters; raises ModelError for what cannot be varied."""
@@ -106,6 +109,12 @@ class ShapedRuns:
 
     def measured(self, values: Mapping[str, float]) -> Measured:
         """The measured shares at these parameters. Raises SimulationError, and ComponentError if nothing vibrates."""
+        key = (self.step, *values.values())
+        if key not in self._known:
+            self._known[key] = self._measured(values)
+        return self._known[key]
+
+    def _measured(self, values: Mapping[str, float]) -> Measured:
         rest, before, after = (self._residuals(case, values, self._window) for case in self._cases)
         if not max(before) > 0.0:
             raise ArgumentError(f"no output vibrates after the unshaped {self._command.name}: {', '.join(self.outputs)}")
@@ -115,7 +124,7 @@ class ShapedRuns:
     def check_rest(self, found: Measured) -> None:
         """Raise ComponentError for outputs that move without a step, too, by so much that shares mean little."""
         for name, without, before in zip(self.outputs, found.rest, found.before, strict=True):
-            if before > _QUIET * max(found.before) and without > _AT_REST * self._tolerance * before:
+            if before > _QUIET * max(found.before) and without > _AT_REST * self.tolerance * before:
                 raise ArgumentError(
                     f"the plant does not rest at {self._command.start:g} s, when the {self._command.name} comes: without it "
                     f"{self.plant.short(name)} swings by +-{without:.3g} {self.plant.unit(name)}, {without / before:.2g} of what "
@@ -144,22 +153,23 @@ class ShapedRuns:
         )
 
     def refine(self, found: Measured) -> float:
-        """Halve the step until the shares at the nominal point stay, twice; by how much halving the step has changed them.
+        """Halve the step until the residuals at the nominal point stay; by how much halving the step has changed the shares.
 
-        A solver of the first order (Euler's method) ends sooner, with an uncertainty. Where shorter steps are no better, since
-        solvers of FMUs err with each, the step that has changed least is taken.
+        The step is the longer one of the two, if neither residual of any output has changed by more than matters to the share: that
+        a share stays by chance is not enough. A solver of the first order (Euler's method) ends sooner, with an uncertainty. Where
+        shorter steps are no better, since solvers of FMUs err with each, the step that has changed least is taken.
         """
         changes: list[tuple[float, float]] = []  # by halving to a step [s]
-        rises, limit = 0, STAYS * self._tolerance
+        rises, limit = 0, STAYS * self.tolerance
         while (self.step > _SURELY * self._finest or not changes) and rises < _MOST_RISES:
             self.step *= 0.5
             coarse, found = found, self.measured({})
             change = max(abs(a - b) for a, b in zip(coarse.shares, found.shares, strict=True))
             rises = rises + 1 if changes and change >= changes[-1][0] else 0
             changes.append((change, self.step))
-            if len(changes) > 1 and max(changes[-2:])[0] <= limit:
-                self.step = changes[-2][1]
-                return changes[-2][0]
+            if _moved(coarse, found) <= limit:
+                self.step *= 2.0
+                return change
             if len(changes) > 2 and change <= _NEAR * limit and _is_first_order([one[0] for one in changes[-3:]]):
                 return change
         least, self.step = min(changes)
@@ -184,9 +194,20 @@ class ShapedRuns:
         at = min(after - 1, int(np.searchsorted(found.time, last - _SAME_TIME * self.step))) if exact else after - 1
         firsts = [after if self.plant.follows(name) else at for name in self.outputs]
         half = 0.5 * wanted.scale
-        return [half * float(np.ptp(found[name][first:])) for name, first in zip(self.outputs, firsts, strict=True)]
+        return [half * peak_to_peak(found.time[n:], found[name][n:]) for name, n in zip(self.outputs, firsts, strict=True)]
 
 
 def _is_first_order(changes: Sequence[float]) -> bool:
     low, high = _FIRST_ORDER
     return all(low * a <= b <= high * a for a, b in itertools.pairwise(changes))
+
+
+def _moved(coarse: Measured, fine: Measured) -> float:
+    """By how much an output's residuals have changed, in what each change alone makes of the share; of the worst output."""
+    least = _QUIET * max(fine.before)
+    changes = (
+        abs(fine_after - after) / fine_before + fine_after / fine_before * abs(fine_before - before) / fine_before
+        for before, fine_before, after, fine_after in zip(coarse.before, fine.before, coarse.after, fine.after, strict=True)
+        if fine_before > least
+    )
+    return max(changes, default=0.0)

@@ -29,6 +29,9 @@ from shaper_fmu.tune.verification.move import MoveCommand
 from shaper_fmu.tune.verification.runs import STAYS, Measured, ShapedRuns
 
 _POINTS = {1: 9, 2: 5}
+_FEWEST_POINTS = 3
+_LITTLE = 0.2
+"""Of what a share may change by: a search ends where there is no more to gain."""
 _FINEST = 1.0 / 128.0
 _MOST_SEARCHED = 80
 
@@ -150,26 +153,51 @@ class _Worst:
 
     def grid(self) -> None:
         """Corners and points between them."""
-        count = _POINTS.get(len(self._spread), 3)
+        count = _POINTS.get(len(self._spread), _FEWEST_POINTS)
         for place in itertools.product(np.linspace(-1.0, 1.0, count).tolist(), repeat=len(self._spread)):
             self.measured(place)
 
     def compass(self) -> None:
-        """From the worst place on to the worst of its neighbours, with ever smaller steps."""
+        """From the worst place on to the worst of its neighbours, with ever smaller steps, as long as these can matter."""
         place = max(self.points, key=lambda one: self.points[one].share)
         step, begun = 0.5, len(self._tried)
+        spacing = 2.0 / (_POINTS.get(len(self._spread), _FEWEST_POINTS) - 1)
         while step >= _FINEST and len(self._tried) - begun < _MOST_SEARCHED and place:
             around = [(near, self.measured(near)) for near in _neighbours(place, step)]
             better = [(found.share, near) for near, found in around if found is not None and found.share > self.points[place].share]
             if better:
                 place = max(better)[1]
+            elif step < spacing and self._to_gain(place, step) <= _LITTLE * STAYS * self._runs.tolerance:
+                break
             else:
                 step *= 0.5
+
+    def _to_gain(self, place: tuple[float, ...], step: float) -> float:
+        """What the parabolas through a place and two of its neighbours on each axis, both sides or two on one, rise above it."""
+        gain = 0.0
+        for k, at in enumerate(place):
+            inside = [x for x in (at - step, at + step) if -1.0 <= x <= 1.0]
+            inside = inside if len(inside) > 1 else [inside[0], 2.0 * inside[0] - at]
+            seen = [self.points.get((*place[:k], x, *place[k + 1 :])) for x in inside]
+            if None in seen:
+                return math.inf
+            shares = [self.points[place].share, *(one.share for one in seen if one is not None)]
+            gain = max(gain, _rise([0.0, *(x - at for x in inside)], shares))
+        return gain
 
 
 def _neighbours(place: tuple[float, ...], step: float) -> Iterator[tuple[float, ...]]:
     for k, sign in itertools.product(range(len(place)), (-1.0, 1.0)):
         yield (*place[:k], min(1.0, max(-1.0, place[k] + sign * step)), *place[k + 1 :])
+
+
+def _rise(places: Sequence[float], values: Sequence[float]) -> float:
+    """How much the parabola through three points rises above the first one, between the outer ones."""
+    second, first, level = np.polyfit(places, values, 2)
+    if second >= 0.0:
+        return 0.0
+    top = min(max(-0.5 * first / second, min(places)), max(places))
+    return float(max(0.0, (second * top + first) * top + level - values[0]))
 
 
 def _reason(found: Verification, spread: Mapping[str, float]) -> str:
