@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -38,6 +39,21 @@ def share(text: str, option: str | None = None) -> float:
         raise typer.BadParameter(
             f"{number} would be {100.0 * value:g} %: did you mean {number}%? If not, write {100.0 * value:g}%", param_hint=option
         )
+    return value
+
+
+_UNITS = {"": 1.0, "s": 1.0, "min": 60.0, "h": 3600.0}
+
+
+def duration_of(text: str) -> float:
+    """A time [s], written as 90, 90s, 2min or 1h. Raises BadParameter for anything else."""
+    found = re.fullmatch(r"\s*([0-9.eE+-]+?)\s*(s|min|h|)\s*", str(text))
+    try:
+        value = float(found[1]) * _UNITS[found[2]] if found else math.nan
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise typer.BadParameter(f"{text!r} is no time above 0; write 90s, 2min or 1h")
     return value
 
 
@@ -101,6 +117,14 @@ def tune(
     ] = None,
     max_velocity: Annotated[float, typer.Option(help="With --move: its largest speed.", parser=positive)] = NO_LIMIT,
     max_acceleration: Annotated[float, typer.Option(help="With --move: its largest acceleration.", parser=positive)] = NO_LIMIT,
+    budget: Annotated[
+        float | None,
+        typer.Option(help="Time that the experiments on the plant may take, such as 2min. Default: any.", parser=duration_of),
+    ] = None,
+    steps: Annotated[
+        int | None,
+        typer.Option(help="Steps that the plant may take. Default: any.", parser=number("at least 1", lambda n: n >= 1, int)),
+    ] = None,
     kinds: Annotated[
         list[str] | None, typer.Option("--kind", help="A shaper to choose from, such as zvd; repeatable. Default: all.")
     ] = None,
@@ -149,6 +173,7 @@ def tune(
         shaper-fmu tune ringing.csv --output position --for klipper --axis y
     """
     from shaper_fmu.report.tune.outputs import folder_for, is_plain, left_over, write_tuning
+    from shaper_fmu.tune.meter import Budget
     from shaper_fmu.tune.tuning import requirements_for
 
     spread = {name: share(text, "--vary") for name, text in pairs(vary, "--vary", "mass=10%").items()}
@@ -187,7 +212,10 @@ def tune(
             also=also or (),
         )
     else:
-        found = _of_plant(plant, input_, outputs, requirements, spread, start_values, amplitude=amplitude, duration=duration)
+        limits = Budget(steps, budget)
+        found = _of_plant(
+            plant, input_, outputs, requirements, spread, start_values, amplitude=amplitude, duration=duration, budget=limits
+        )
     _print_result(found)
     wanted_folder, target = target, folder_for(found, target)
     if target != wanted_folder:
@@ -260,7 +288,7 @@ def _of_plant(
     from shaper_fmu.master.fmu import load_fmu
     from shaper_fmu.ssp.archive import load_ssp
     from shaper_fmu.tune.plant import Plant, alone_system
-    from shaper_fmu.tune.tuning_plant import tune_plant
+    from shaper_fmu.tune.tuning_plant import check_budget, tune_plant
 
     if not input_:
         raise typer.BadParameter("name the input that gets the commands", param_hint="--input")
@@ -282,6 +310,8 @@ def _of_plant(
         plant = Plant(source, input_, outputs, start_values)
     with wrong_usage("--vary"):
         plant.nominal_values(spread)
+    with wrong_usage("--steps or --budget"):
+        check_budget(plant, spread, options["budget"])
     return tune_plant(plant, requirements=requirements, spread=spread, say=_say, **options)
 
 

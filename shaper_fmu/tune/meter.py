@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -10,13 +11,28 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from shaper_fmu.errors import SimulationError
+from shaper_fmu.errors import ShaperFmuError, SimulationError
 from shaper_fmu.master.results import Results
 
 Part = Literal["settle", "look", "excite", "linearize", "choose", "verify"]
 """settle: until the plant rests; look: the survey; excite: the experiments from which the modes come; linearize: the comparison
 with the FMU's linearization; choose: the designs, without the plant; verify: the plant behind the shaper."""
 PARTS: tuple[Part, ...] = get_args(Part)
+
+
+class BudgetError(ShaperFmuError):
+    """The budget does not allow what is asked for, or it is spent."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What experiments may take: steps of the plant, and wall time [s]; None for as much as it takes."""
+
+    steps: int | None = None
+    seconds: float | None = None
+
+    def __bool__(self) -> bool:
+        return self.steps is not None or self.seconds is not None
 
 
 @dataclass(frozen=True)
@@ -44,11 +60,16 @@ class Effort:
 class Meter:
     """Counts the steps of a plant, and the time, by the part of the work at which they are taken.
 
+    A run that does not fit the budget is not begun.
+
     Attributes:
         efforts: by part, in the order of `PARTS`.
+        budget: see `Budget`; its time begins with the meter.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, budget: Budget | None = None) -> None:
+        self.budget: Budget = budget or Budget()
+        self._begun: float = time.perf_counter()
         self._efforts: dict[Part, Effort] = {}
         self._parts: list[Part] = []
         self._since: float = 0.0
@@ -75,9 +96,36 @@ class Meter:
             self._pause()
             self._parts.pop()
 
+    @property
+    def at_work(self) -> Part | None:
+        """The part of the work that is being done."""
+        return self._parts[-1] if self._parts else None
+
+    def allow(self, steps: float, what: str = "the next run") -> None:
+        """Raise BudgetError if so many steps more do not fit the budget."""
+        whole, budget = self.whole, self.budget
+        if budget.steps is not None and whole.steps + steps > budget.steps:
+            raise BudgetError(
+                f"the budget of {budget.steps:,} steps is spent: {whole.steps:,} are taken, and {what} takes "
+                f"{math.ceil(steps):,} more"
+            )
+        if budget.seconds is not None:
+            taken = time.perf_counter() - self._begun
+            needed = steps * whole.stepping / whole.steps if whole.steps else 0.0
+            if taken + needed > budget.seconds:
+                more = f"{what} takes about {seconds_words(needed)} more" if needed else "more time is needed"
+                raise BudgetError(
+                    f"the budget of {seconds_words(budget.seconds)} is spent: {seconds_words(taken)} are over, and {more}"
+                )
+
     @contextmanager
-    def run(self) -> Iterator[list[Results]]:
-        """Count a run of the plant, whose results are to be put into the list; one that fails counts with what it recorded."""
+    def run(self, steps: float = 0.0) -> Iterator[list[Results]]:
+        """Count a run of the plant, whose results are to be put into the list; one that fails counts with what it recorded.
+
+        Raises BudgetError before it, if about so many steps do not fit.
+        """
+        if self.budget:
+            self.allow(steps)
         made: list[Results] = []
         try:
             yield made
@@ -125,13 +173,13 @@ def effort_words(efforts: Mapping[Part, Effort]) -> str:
     if not whole.steps:
         return ""
     parts = [f"{name} {one.steps:,}" if one.steps else name for name, one in efforts.items()]
-    times = [f"{_seconds(one.seconds)}" for one in efforts.values()]
+    times = [f"{seconds_words(one.seconds)}" for one in efforts.values()]
     told = ", ".join(f"{part} ({taken})" for part, taken in zip(parts, times, strict=True))
-    cost = f", {_seconds(whole.stepping / whole.steps)} each" if whole.stepping else ""
-    return f"the plant took {whole.steps:,} steps{cost}, {_seconds(whole.seconds)} in all: {told}"
+    cost = f", {seconds_words(whole.stepping / whole.steps)} each" if whole.stepping else ""
+    return f"the plant took {whole.steps:,} steps{cost}, {seconds_words(whole.seconds)} in all: {told}"
 
 
-def _seconds(seconds: float) -> str:
+def seconds_words(seconds: float) -> str:
     """A time with a unit that suits it, to two digits."""
     if seconds >= 120.0:
         minutes, rest = divmod(round(seconds), 60)

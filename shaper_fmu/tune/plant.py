@@ -219,7 +219,7 @@ class Plant:
         unknown = [name for name in given if name.partition(".")[0] not in self._system.fmus]
         if unknown:
             raise ModelError([f"{name!r}: there is no such instance.{nearest(name, known)}" for name in unknown])
-        with self.meter.run() as made:
+        with self.meter.run(stop_time / step) as made:
             made.append(simulation.run(stop_time, step, start_values=given, **self.stepping))
         return made[0]
 

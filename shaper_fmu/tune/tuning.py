@@ -27,6 +27,7 @@ Verdict = Literal["tuned", "for_modes_found", "no_vibration", "unstable", "nothi
 found there, and there is no plant to try it on;
 no_vibration, unstable: there is nothing to shape, or nothing that shaping could help; nothing_fits: see `Choice.nearest`; not_held:
 on the plant the shaper leaves more than the tolerance; not_verified: no output settles, so that nothing could be compared;
+not_verified, too, if the budget left points or the verification out;
 not_proven: findings contradict the modes, or the absence of modes."""
 
 GOOD: tuple[Verdict, ...] = ("tuned", "for_modes_found", "no_vibration")

@@ -20,10 +20,11 @@ from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.result import fits, preferred
 from shaper_fmu.tune.choice.search import Candidate
 from shaper_fmu.tune.identify.range import PlantModes, identify_plant
-from shaper_fmu.tune.meter import Meter
+from shaper_fmu.tune.meter import Budget, BudgetError, Meter
+from shaper_fmu.tune.plan import Cost, Plan, measured_cost, of_modes, plan_for
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, requirements_for
-from shaper_fmu.tune.tuning_trial import shortfall, tightened, tried
+from shaper_fmu.tune.tuning_trial import shortfall, tightened, tried, untried
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.move import order_of_input
 
@@ -43,6 +44,7 @@ def tune_plant(
     amplitude: float | None = None,
     start_values: Mapping[str, Any] | None = None,
     say: Say = lambda _: None,
+    budget: Budget | None = None,
     **options: Any,
 ) -> Tuning:
     """Find a shaper for an FMU's or a system's `input`, so that its `outputs` do not vibrate after a command.
@@ -55,13 +57,15 @@ def tune_plant(
             identified with the nominal values and in all corners; in the verification all of them vary.
         amplitude: of the command's step in the verification, in the input's unit; by default as in the experiment's first try.
         start_values: of an FMU given alone.
+        budget: what the experiments may take. The plan is told by `say` beforehand. What does not fit any more is left out:
+            then the verdict is `not_verified`.
         options: of `experiment`.
 
     With a move in the requirements profiles are compared, too, and the plant makes the move. `Tuning.efforts` tells the steps
     of the plant and the time that each part has taken.
 
-    Raises IdentificationError where the experiments do not support an answer, ModelError for wrong names, SimulationError if
-    the plant cannot be run.
+    Raises BudgetError where the budget allows no modes to be found, IdentificationError where the experiments do not support an
+    answer, ModelError for wrong names, SimulationError if the plant cannot be run.
     """
     checked_mapping("spread", spread, '{"mass": 0.1} for 10 %')
     for name, share in (spread or {}).items():
@@ -74,11 +78,25 @@ def tune_plant(
     requirements = requirements or requirements_for(spread)
     requirements.check_impulses_only()
     plant = Plant.of(source, input, outputs, start_values)
-    plant.meter = Meter()
+    plant.meter = Meter(budget)
     if requirements.move is not None:
         order_of_input(plant, requirements.move)  # refuses what cannot follow a move
+    check_budget(plant, spread, plant.meter.budget)
+    plan = _plan(plant, spread, measured_cost(plant))
+    say(plan.words())
+    plan.check(plant.meter.budget)
     found = _tuned(plant, requirements, spread, amplitude, say, options)
     return replace(found, efforts=plant.meter.efforts)
+
+
+def check_budget(plant: Plant, spread: Mapping[str, float], budget: Budget) -> None:
+    """Raise BudgetError where not even the least fits the budget of steps; the plant is not run."""
+    _plan(plant, spread, Cost()).check(budget)
+
+
+def _plan(plant: Plant, spread: Mapping[str, float], cost: Cost) -> Plan:
+    points = corners(plant.nominal_values(spread), spread)
+    return plan_for(len(points), sum(share > 0.0 for share in spread.values()), cost)
 
 
 def _tuned(
@@ -112,6 +130,8 @@ def _tuned(
     missing = "; ".join(one.text for one in modes.uncovered)
     if not missing:
         return found
+    if found.verdict == "tuned" and any(one.code == "left_out" for one in modes.uncovered):
+        found = replace(found, verdict="not_verified")
     return replace(found, summary=f"{found.summary}. The ranges of the modes do not cover all that was asked for: {missing}")
 
 
@@ -124,8 +144,10 @@ def _verified(found: Tuning, boxes: Sequence[ModeBox], asked: Requirements, plan
     first = found.choice
     assert first is not None
     say("verifying it on the plant")
-    with plant.meter.part("verify"):
-        found = tried(found, asked, plant)
+    try:
+        found = _tried(found, asked, plant)
+    except BudgetError as error:
+        return untried(found, str(error))
     refuted: list[tuple[Candidate, str]] = []
     for _ in range(_MORE_ATTEMPTS):
         tighter = tightened(found, asked) if found.verdict == "not_held" else None
@@ -146,9 +168,21 @@ def _verified(found: Tuning, boxes: Sequence[ModeBox], asked: Requirements, plan
             say(f"trying {best.name}")
             choice = choose_another(first, best, refuted)
         say("verifying it on the plant")
-        with plant.meter.part("verify"):
-            found = tried(replace(found, choice=choice, verification=None, responses=()), asked, plant)
+        try:
+            found = _tried(replace(found, choice=choice, verification=None, responses=()), asked, plant)
+        except BudgetError as error:
+            return replace(found, summary=f"{found.summary}. No other shaper is tried: {error}")
     return found
+
+
+def _tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
+    """The tuning with what simulations of the plant show; raises BudgetError before them, if these do not fit the budget."""
+    with plant.meter.part("verify"):
+        if plant.meter.budget and found.choice is not None:
+            varied = sum(share > 0.0 for share in found.spread.values())
+            delay, start = found.choice.nearest.delay, found.command.start
+            plant.meter.allow(of_modes(found.choice.boxes, varied, delay, start).steps, "verifying the shaper on the plant")
+        return tried(found, asked, plant)
 
 
 def corners(nominals: Mapping[str, float], spread: Mapping[str, float]) -> list[dict[str, float]]:

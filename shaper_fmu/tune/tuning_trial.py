@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from shaper_fmu.analysis.identification import Finding
 from shaper_fmu.errors import ComponentError, SimulationError
 from shaper_fmu.tune.choice.reasons import percent, percent_beside
 from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.identify.range import PlantModes
+from shaper_fmu.tune.meter import BudgetError
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.tuning import Tuning, Verdict
 from shaper_fmu.tune.verification.command import MOST_INTEGRATORS, command_for
@@ -37,7 +39,7 @@ def tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
     most = MOST_INTEGRATORS if move is None else order_of_input(plant, move)
     settling = [name for name, depth in depths.items() if depth <= most]
     if not settling:
-        return _untried(
+        return untried(
             found,
             f"{' and '.join(found.outputs)} move on for ever, whatever the command to {found.input} (a rigid body), so there is "
             "no rest to compare with; name an output that comes to rest, such as a deflection",
@@ -51,21 +53,25 @@ def tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
     try:
         seen = verify(plant, "", settling, choice.nearest, choice.boxes, found.spread, tolerance=asked.tolerance, command=command)
     except ComponentError as error:
-        return _untried(found, str(error))
+        return untried(found, str(error))
     except SimulationError as error:
         assert found.plant is not None
         unit = f" {found.input_unit}" if found.input_unit else ""
-        return _untried(
+        return untried(
             found,
             f"a {command.name} {'with' if move else 'of'} {command.amplitude:.5g}{unit} fails: {error}. Give the size of the "
             f"commands (amplitude); in "
             f"the experiments it was {found.plant.nominal.excitation.amplitude:.3g}{unit}",
         )
     cases = {"nominal": seen.nominal} | ({"worst": seen.worst} if seen.worst is not seen.nominal else {})
-    responses = tuple(
-        simulated_responses(plant, settling, choice.nearest, choice.boxes, command, case, one.values, seen.step)
-        for case, one in cases.items()
-    )
+    try:
+        responses = tuple(
+            simulated_responses(plant, settling, choice.nearest, choice.boxes, command, case, one.values, seen.step)
+            for case, one in cases.items()
+        )
+    except BudgetError as error:
+        responses, lost = (), Finding("left_out", f"the responses before and after are not shown: {error}")
+        found = replace(found, findings=(*found.findings, lost))
     designed = f"{percent(choice.requirements.tolerance)} and nominally {percent(choice.requirements.nominal_tolerance)}"
     closer = f". It is designed for {designed}, so that the plant meets the requirements" if choice.requirements != asked else ""
     found = replace(found, verification=seen, responses=responses)
@@ -81,7 +87,13 @@ def tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
 def arrival(found: Tuning) -> str:
     """When the outputs of the nominal plant have come to stay within the tolerance, and when the move was told to end."""
     command, candidate, seen = found.command, found.candidate, found.verification
-    if not isinstance(command, MoveCommand) or candidate is None or candidate.profile is None or seen is None:
+    if (
+        not isinstance(command, MoveCommand)
+        or candidate is None
+        or candidate.profile is None
+        or seen is None
+        or not found.responses
+    ):
         return ""
     assert found.choice is not None
     told, tolerance = candidate.profile.duration + candidate.sequence.duration, found.choice.requirements.tolerance
@@ -117,7 +129,8 @@ def shortfall(found: Tuning, asked: Requirements) -> str:
     return "; ".join(parts)
 
 
-def _untried(found: Tuning, why: str) -> Tuning:
+def untried(found: Tuning, why: str) -> Tuning:
+    """The tuning that could not be verified, and why."""
     assert found.choice is not None
     summary = f"for the modes found, {found.choice.reason}. It could not be tried on the plant: {why}"
     return replace(found, verdict="not_verified", summary=summary)

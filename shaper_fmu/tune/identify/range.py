@@ -17,11 +17,12 @@ from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
 from shaper_fmu.tune.identify.experiment import PlantIdentification, experiment
+from shaper_fmu.tune.meter import BudgetError
 from shaper_fmu.tune.plant import Plant
 
 _FARTHEST = math.log(2.0)
 """Modes whose frequencies differ by more than a factor of 2 are not taken for the same one, if others remain to choose from."""
-UNCOVERED = ("failed", "lost")
+UNCOVERED = ("failed", "lost", "left_out")
 """Findings of points that the modes' ranges do not contain."""
 _SHAPE_WEIGHT = 0.3
 _FORBIDDEN = 1e6
@@ -101,7 +102,8 @@ def identify_plant(
         amplitude_factors: further experiments at each point, at these multiples of the amplitude that was found there.
         options: of `experiment`.
 
-    An experiment that fails at another point than the nominal one is a finding. Raises as `experiment` does.
+    An experiment that fails at another point than the nominal one is a finding, and so is one for which the budget does not do.
+    Raises as `experiment` does.
     """
     plant = Plant.of(source, input, outputs, start_values)
     found: list[PlantIdentification] = []
@@ -117,6 +119,10 @@ def identify_plant(
             if not found:
                 raise
             failed.append(Finding("failed", f"at {_point_text(point)}: {error}"))
+        except BudgetError as error:
+            if not found:
+                raise
+            failed.append(Finding("left_out", f"at {_point_text(point)} no modes are identified: {error}"))
     ranges = _ranges(found)
     return PlantModes(tuple(found), tuple(ranges), (*found[0].findings, *failed, *_lost(found, ranges), *_differences(found)))
 

@@ -51,6 +51,11 @@ class SettledRuns(Simulation):
         capable = capable and all(once_key(fmu) is None for fmu in system.fmus.values())
         return capable and all(isinstance(signal, Table) for signal in system.signals.values())
 
+    @property
+    def remaining(self) -> int:
+        """Steps that `again` takes."""
+        return int(of.Control.from_buffer_copy(self._kept[2]).steps) - self._settled
+
     def again(self, system: System) -> np.ndarray:
         """Values recorded after the settling with the tables of this system instead, shape (steps - settled, recorded)."""
         self.system = system
@@ -184,6 +189,8 @@ class Settling:
 
     def _again(self, system: System) -> np.ndarray:
         assert self._runs is not None
+        if self._meter.budget:
+            self._meter.allow(self._runs.remaining)
         late = self._runs.again(system)
         self._meter.add(len(late))
         return late

@@ -69,7 +69,7 @@ def simulated_responses(
         for name, value in values.items():
             system.set(plant.full(name), value)
         options = {"record": list(names.values()), **command.stepping(plant)}
-        with plant.meter.run() as made:
+        with plant.meter.run((command.start + end) / step) as made:
             made.append(system.simulate(command.start + end, step, everywhere=treat_events(system, None).exact, **options))
         runs.append((made[0], _on_grid(made[0].time, step)))
     (before, grid), (after, same) = runs

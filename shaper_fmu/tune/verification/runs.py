@@ -186,7 +186,7 @@ class ShapedRuns:
         given = {self.plant.full(name): value for name, value in values.items()}
         exact = treat_events(system, None).exact
         options = {"start_values": given, "everywhere": exact, **self._command.stepping(self.plant)}
-        with self.plant.meter.run() as made, Simulation(system, record=self.outputs) as simulation:
+        with self.plant.meter.run((last + window) / self.step) as made, Simulation(system, record=self.outputs) as simulation:
             made.append(simulation.run(last + window, self.step, **options))  # a new one: not every FMU is like new after its reset
         found = made[0]
         begin = last if exact else last + self.step  # without events the change comes a step later

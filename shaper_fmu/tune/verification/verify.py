@@ -23,6 +23,7 @@ from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import Candidate
+from shaper_fmu.tune.meter import BudgetError
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.move import MoveCommand
@@ -100,7 +101,8 @@ def verify(
     All corners and points in between (9 for one parameter, 5 x 5 for two, 3 for each of more) are simulated, then a compass
     search goes on from the worst one. The communication step is halved at the nominal point until no share changes by more than a
     thousandth of the tolerance. Raises ArgumentError for a move's profile and for outputs that do not vibrate, settle or rest
-    before the step, ModelError for wrong names and parameters, SimulationError if the plant cannot be run nominally.
+    before the step, ModelError for wrong names and parameters, BudgetError
+    where the plant's budget is spent, SimulationError if the plant cannot be run nominally.
     """
     if (candidate.profile is not None) != isinstance(command, MoveCommand):
         raise ArgumentError(f"{candidate.name}: a move's profile needs a `move_command`, and a shaper alone needs none")
@@ -113,8 +115,13 @@ def verify(
     search = _Worst(runs, nominals, spread)
     nominal = search.measured((0.0,) * len(spread), needed=True)
     assert nominal is not None  # else the error was raised
-    search.grid()
-    search.compass()
+    try:
+        search.grid()
+        search.compass()
+    except BudgetError as error:
+        most = max(one.share for one in search.points.values())
+        seen = f"{len(search.points)} points were simulated before; the worst of them leaves {100.0 * most:.3g} %"
+        raise BudgetError(f"{error}. {seen}") from None
     worst = max(search.points.values(), key=lambda one: one.share)
     found = Verification(
         tuple(outputs), nominal, worst, tuple(search.points.values()), tuple(search.failed), tolerance, "",
