@@ -19,6 +19,8 @@ from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.move import MoveCommand
 from shaper_fmu.tune.verification.peaks import peak_to_peak
 
+_STEPS_OF_MOVE = 160
+"""The same where the input moves: an abrupt move of a 20th of the period is one of eight steps."""
 STEPS_PER_PERIOD = 24
 """Of the fastest mode, at first: a parabola through three samples misses a sine's peak by 1.1e-4 at most."""
 _PERIODS = 1.5
@@ -93,7 +95,8 @@ class ShapedRuns:
         self.plant: Plant = plant
         self.outputs: list[str] = [self.plant.full(name) for name in outputs]
         fastest = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes)
-        self.step: float = min(fastest / STEPS_PER_PERIOD, plant.longest_step)
+        per_period = _STEPS_OF_MOVE if isinstance(command, MoveCommand) else STEPS_PER_PERIOD
+        self.step: float = min(fastest / per_period, plant.longest_step)
         self._finest = fastest / _MOST_PER_PERIOD
         self._window = _PERIODS * 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
         self.tolerance: float = tolerance
