@@ -27,22 +27,20 @@ def live(
 
     It is one file, which needs no network and no installation. Example: shaper-fmu live --plant my_plant.py --output live.html
     """
-    from shaper_fmu.live.page import write_live_page
+    from shaper_fmu.live.page import plants_of, write_live_page
 
     own = [component for name in plants or [] for component in _components(name)]
+    with wrong_usage("--plant"):
+        plants_of(own)
     with progress("compiling the kernels", err):
         path = write_live_page(output, own)
     wrote(path, f": {path.stat().st_size / 1e3:.0f} kB")
 
 
 def _components(name: str) -> list[type[Component]]:
-    from shaper_fmu.live.plants import plant_of
     from shaper_fmu.registry import find_component, load_components
 
     if name.endswith(".py"):
         input_file()(Path(name))
     with wrong_usage("--plant"):
-        found = load_components(Path(name)) if name.endswith(".py") else [find_component(name)]
-        for component in found:
-            plant_of(component)
-    return found
+        return load_components(Path(name)) if name.endswith(".py") else [find_component(name)]

@@ -12,7 +12,7 @@ import jinja2
 
 from shaper_fmu.component import Component
 from shaper_fmu.drafts import draft_of
-from shaper_fmu.errors import ShaperFmuError
+from shaper_fmu.errors import ArgumentError, ShaperFmuError
 from shaper_fmu.export.wasm import LOADER, layout, wasm_module
 from shaper_fmu.kinds.profiles import PROFILES
 from shaper_fmu.kinds.pulses import PULSES
@@ -28,6 +28,7 @@ from shaper_fmu.version import __version__
 _STATIC = Path(__file__).parent / "static"
 _SCRIPTS = ("simulate.js", "state.js", "controls.js", "copies.js", "draw.js", "page.js")
 _COMMANDS = ("InputShaper", "MotionProfile", "PulseTrain", "PositionController")
+_CURVES = (ShaperCurve, MoveCurve, PulseCurve)
 _LEFT_OUT = ("step", "fastest")
 """Profiles that the page has in another way, or that have to be designed by optimisation first."""
 _BEGIN = """\
@@ -72,19 +73,29 @@ def write_live_page(path: Path | str, own: Sequence[type[Component]] = ()) -> Pa
 
 
 def plants_of(own: Sequence[type[Component]] = ()) -> dict[str, Plant]:
-    """The usual plants and a user's own, by the components' names; where one has a usual one's name, it takes its place."""
+    """The usual plants and a user's own, by the components' names; where one has a usual one's name, it takes its place.
+
+    Raises ArgumentError for what cannot be a plant, for a name that the page needs itself, and for two of one name.
+    """
     found = {plant.component.__name__: plant for plant in usual_plants()}
     known = {plant.component for plant in found.values()}
-    return found | {component.__name__: plant_of(component) for component in own if component not in known}
+    added: dict[str, type[Component]] = {}
+    for component in own:
+        name = component.__name__
+        if name in (*_COMMANDS, *(curve.__name__ for curve in _CURVES)):
+            raise ArgumentError(f"{name} is a part of the page itself and cannot be its plant; give the component another name")
+        if added.setdefault(name, component) is not component:
+            raise ArgumentError(f"two plants are called {name}; give one of them another name")
+        if component not in known:
+            found[name] = plant_of(component)
+    return found
 
 
 def page_data(plants: dict[str, Plant], first: str) -> dict[str, Any]:
     """All that the page knows, as plain data: kernels, plants, choices, examples and the table of the floor."""
     components = [
         *map(find_component, _COMMANDS),
-        ShaperCurve,
-        MoveCurve,
-        PulseCurve,
+        *_CURVES,
         *(plant.component for plant in plants.values()),
     ]
     usual = {plant.component.__name__: plant for plant in usual_plants()}

@@ -11,6 +11,7 @@ from shaper_fmu.errors import ArgumentError
 
 Signal = Literal["position", "velocity", "acceleration"]
 _SIGNALS: dict[str, Signal] = {"m": "position", "m/s": "velocity", "m/s2": "acceleration"}
+_MOST_SLIDERS = 12
 _FACTOR = 5.0
 """How far a slider goes from a start value, both ways."""
 
@@ -124,14 +125,18 @@ def plant_of(component: type[Component]) -> Plant:
     for what, found in (("input", inputs), ("output", outputs)):
         if not found:
             raise ArgumentError(f"{component.__name__} has no real {what}, so that it cannot be the page's plant")
-    parameters = [v.name for v in component.variables.values() if v.causality == "parameter" and v.kind is float]
+    parameters = [v for v in component.variables.values() if v.causality == "parameter"]
+    sliders = _sliders(component, *(v.name for v in parameters if v.kind is float))[:_MOST_SLIDERS]
+    moved = {(slider.name, slider.index) for slider in sliders}
+    kept = [v.name for v in parameters if any((v.name, i) not in moved for i in range(v.size or 1))]
+    kept_words = f" Without a slider, at their start values: {', '.join(kept)}." if kept else ""
     known = component.variables
     given = all(name in known and known[name].causality == "calculatedParameter" for name in ("natural_frequency", "damping_ratio"))
     alike = given and known["natural_frequency"].size == known["damping_ratio"].size
     return Plant(
         component, component.__name__, inputs[0].name, _SIGNALS.get(inputs[0].unit, "position"), _outputs(component, *outputs),
-        _sliders(component, *parameters)[:12], modes=(known["natural_frequency"].size or 1) if alike else 0,
-        note=f"The command goes into {inputs[0].name} ({inputs[0].description}).",
+        sliders, modes=(known["natural_frequency"].size or 1) if alike else 0,
+        note=f"The command goes into {inputs[0].name} ({inputs[0].description}); other inputs keep their start values.{kept_words}",
     )  # fmt: skip
 
 

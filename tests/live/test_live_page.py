@@ -241,11 +241,12 @@ def test_a_link_holds_the_state(chromium, page):
 
 def test_a_link_holds_every_example(chromium, page):
     opened(chromium, page)
-    for i in range(chromium.run("live.page.presets.length")):
+    count = chromium.run("live.page.presets.length")
+    assert count > 8
+    for i in range(count):
         select(chromium, "presets", str(i))
         again = chromium.run("stateOf(hashOf(live.state), live.page)")
         assert again == {"state": state(chromium), "wrong": []}
-    assert i > 8
 
 
 def test_a_link_that_is_wrong_says_so(chromium, page):
@@ -337,10 +338,25 @@ def test_a_component_of_ones_own_is_a_plant(chromium, tmp_path):
     assert chromium.console == []
 
 
+def test_what_has_no_slider_is_named():
+    """HydraulicPendulum has more parameters than there are sliders, and its start values are what the page computes with."""
+    from shaper_fmu.live.plants import plant_of
+    from shaper_fmu.registry import find_component
+
+    plant = plant_of(find_component("HydraulicPendulum"))
+    known = {v.name for v in plant.component.variables.values() if v.causality == "parameter"}
+    assert len(plant.sliders) == 12 < len(known)
+    assert all(name in plant.note for name in known - {slider.name for slider in plant.sliders})
+
+
 def test_wrong_plants_and_outputs_are_refused(tmp_path):
+    for name in ("drive.py", "other.py"):
+        (tmp_path / name).write_text(OWN)
     for arguments, words in (
         (("--plant", "MassSpringDampr"), "MassSpringDamper"),
-        (("--plant", "MotionProfile"), "no real input"),
+        (("--plant", "OperatorPanel"), "no real input"),
+        (("--plant", "InputShaper"), "part of the page itself"),
+        (("--plant", "drive.py", "--plant", "other.py"), "two plants are called Drive"),
         (("--plant", "missing.py"), "missing.py"),
         (("--output", "live.txt"), "live.txt"),
     ):
