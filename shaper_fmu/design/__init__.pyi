@@ -4,6 +4,8 @@ from shaper_fmu.design.fastest import FastestMove as FastestMove
 from shaper_fmu.design.fastest import Segment as Segment
 from shaper_fmu.design.fastest import fastest_move as fastest_move
 from shaper_fmu.design.fastest import shortest_move as shortest_move
+from shaper_fmu.design.feedback_inverse import InverseShaper as InverseShaper
+from shaper_fmu.design.feedback_inverse import inverse_shaper as inverse_shaper
 from shaper_fmu.design.floor import distance_to_floor as distance_to_floor
 from shaper_fmu.design.floor import shortest_duration as shortest_duration
 from shaper_fmu.design.floor_of_moves import MoveFloor as MoveFloor
