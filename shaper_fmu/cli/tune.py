@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from shaper_fmu.cli.arguments import finite, input_file, number, output_folder, pairs, positive, wrong_usage
-from shaper_fmu.cli.paths import shown, wrote
-from shaper_fmu.console import err, out, show
-from shaper_fmu.errors import ArgumentError
+from shaper_fmu.cli.tune_results import print_result, setting_for, write_results, write_settings
+from shaper_fmu.console import err, out
 from shaper_fmu.machines.names import Machine
 from shaper_fmu.profiles.limits import NO_LIMIT
 from shaper_fmu.tune.choice.requirements import Move
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     from shaper_fmu.tune.tuning import Tuning
 
 _TABLES = (".csv", ".parquet", ".tsv", ".txt")
-_OF_SHAPERS = (".fmu", ".ssv", ".ssp")
 
 
 def share(text: str, option: str | None = None) -> float:
@@ -140,7 +138,7 @@ def tune(
         list[Path] | None,
         typer.Option(
             "--also",
-            help="A further recording of the machine; repeatable: the shaper is for the modes of all of them.",
+            help="A further recording of the machine; repeatable: the shaper is for the modes of all, or of those of its axis.",
             callback=input_file(*_TABLES),
         ),
     ] = None,
@@ -155,7 +153,9 @@ def tune(
     machines: Annotated[
         list[Machine] | None, typer.Option("--for", help="Write the shaper for a machine, too (docs/machines.md); repeatable.")
     ] = None,
-    axis: Annotated[str, typer.Option(help="With --for: the axis of a firmware.")] = "x",
+    axis: Annotated[
+        str, typer.Option(help="With --for: the axis of a firmware. Default: that of a sweep's column, or x.", show_default=False)
+    ] = "",
     cycle: Annotated[float, typer.Option(help="With --for st: the PLC's shortest cycle [s].", parser=positive)] = 0.001,
 ) -> None:
     """Identify a plant's modes, choose a shaper for them, and verify it on the plant.
@@ -171,8 +171,8 @@ def tune(
         shaper-fmu tune sweep.csv --command current --output acceleration
         shaper-fmu tune left.csv --also right.csv --also middle.csv
         shaper-fmu tune ringing.csv --output position --for klipper --axis y
+        shaper-fmu tune raw_data_x.csv --also raw_data_y.csv --for klipper
     """
-    from shaper_fmu.report.tune.outputs import folder_for, is_plain, left_over, write_tuning
     from shaper_fmu.tune.meter import Budget
     from shaper_fmu.tune.tuning import requirements_for
 
@@ -213,45 +213,24 @@ def tune(
         )
     else:
         limits = Budget(steps, budget)
-        found = _of_plant(
+        of_plant = _of_plant(
             plant, input_, outputs, requirements, spread, start_values, amplitude=amplitude, duration=duration, budget=limits
         )
-    _print_result(found)
-    wanted_folder, target = target, folder_for(found, target)
-    if target != wanted_folder:
-        err.print(f"note: {shown(wanted_folder)} keeps its tuning: it is another plant's, or good, which this one is not")
-    written = write_tuning(found, target, report=report, say=_say)
-    for path in written:
-        if path.suffix != ".png":
-            plain = ["plain: it needs the values in shaper.ssv"] if is_plain(path) else []
-            caveat = [found.verdict.replace("_", " ")] if found.caveat and path.suffix in _OF_SHAPERS else []
-            wrote(path, f" ({'; '.join([*caveat, *plain])})" if caveat or plain else "")
-    for path in left_over(found, target, written):
-        err.print(f"note: {shown(path)} is of an earlier tuning")
-    for_machines = [_write_for(machine, found, target, axis, cycle) for machine in machines or []]
-    if not found.good or not all(for_machines):
+        found = {"": of_plant}
+    several = len(found) > 1
+    good, into = [one.good for one in found.values()], target
+    for along, one in found.items():
+        if several:
+            out.print(f"axis {along} ({one.source}):")
+        print_result(one)
+        into = write_results(one, target / along if several else target, report, _say)
+    for machine in machines or []:
+        made = {along: setting_for(machine, one, along if several else axis or along or "x", cycle) for along, one in found.items()}
+        known = {along: one for along, one in made.items() if one is not None}
+        good += [one.holds for one in known.values()]
+        write_settings(found, known, target if several else into)
+    if not all(good):
         raise typer.Exit(1)
-
-
-def _write_for(machine: Machine, found: Tuning, folder: Path, axis: str, cycle: float) -> bool:
-    """Write the shaper for a machine, and say what it leaves there; whether it is what was asked for."""
-    from shaper_fmu.machines import machine_settings
-
-    if found.choice is None:
-        err.print(f"note: nothing is written for {machine}, since there is no shaper")
-        return True
-    try:
-        settings = machine_settings(machine, found.choice, axis=axis, cycle=cycle, caveat=found.caveat)
-        written = settings.write(folder)
-    except ArgumentError as error:
-        err.print(f"{machine}: {error}")
-        return False
-    out.print(f"{machine}: {settings.words}")
-    for path in written:
-        doubts = [found.verdict.replace("_", " ")] if found.caveat else []
-        doubts += [] if settings.holds or "not held" in doubts else ["not held"]
-        wrote(path, f" ({'; '.join(doubts)})" if doubts else "")
-    return settings.holds
 
 
 def _say(what: str) -> None:
@@ -260,9 +239,9 @@ def _say(what: str) -> None:
 
 def _of_table(
     path: Path, input_: str, outputs: list[str] | None, requirements: Any, of_plants: list[str], **options: Any
-) -> Tuning:
+) -> dict[str, Tuning]:
     from shaper_fmu.tune.identify.measured_table import read_table
-    from shaper_fmu.tune.tuning_measured import tune_measured
+    from shaper_fmu.tune.tuning_measured import tune_axes
 
     if of_plants:
         raise typer.BadParameter(f"a measured response has no parameter {of_plants[0]!r}", param_hint="--vary or --set")
@@ -273,7 +252,7 @@ def _of_table(
         with wrong_usage(option):
             for name in names:
                 table[name]
-    return tune_measured(path, outputs, requirements=requirements, input=input_ or None, **options)
+    return tune_axes(path, outputs, requirements=requirements, input=input_ or None, **options)
 
 
 def _of_plant(
@@ -313,21 +292,3 @@ def _of_plant(
     with wrong_usage("--steps or --budget"):
         check_budget(plant, spread, options["budget"])
     return tune_plant(plant, requirements=requirements, spread=spread, say=_say, **options)
-
-
-def _print_result(found: Tuning) -> None:
-    """Print the modes, the findings and the result."""
-    from shaper_fmu.report.tune.evidence import evidence
-    from shaper_fmu.report.tune.modes import modes_table
-    from shaper_fmu.tune.meter import effort_words
-
-    seen = evidence(found)
-    if seen.found.modes:
-        show(modes_table(found, seen))
-    for finding in found.findings:
-        err.print(f"note: {finding.text}")
-    verdict = found.verdict.replace("_", " ")
-    out.print(found.summary if found.summary.startswith(verdict) else f"{verdict}: {found.summary}")
-    words = effort_words(found.efforts)
-    if words:
-        err.print(words)

@@ -9,7 +9,7 @@ import numpy as np
 
 from shaper_fmu.analysis.identification import Mode
 from shaper_fmu.tune.choice.boxes import ModeBox
-from shaper_fmu.tune.identify.measured import MeasuredIdentification
+from shaper_fmu.tune.identify.measured_result import MeasuredIdentification
 from shaper_fmu.tune.identify.range import ModeRange, Range
 
 _SAME = math.log(1.25)

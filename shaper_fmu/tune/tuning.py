@@ -13,7 +13,7 @@ from shaper_fmu.slips import checked_mapping, checked_names, checked_number, che
 from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.choice.search import Candidate
-from shaper_fmu.tune.identify.measured import MeasuredIdentification
+from shaper_fmu.tune.identify.measured_result import MeasuredIdentification
 from shaper_fmu.tune.identify.range import PlantModes
 from shaper_fmu.tune.meter import Effort, Part
 from shaper_fmu.tune.plant import Plant

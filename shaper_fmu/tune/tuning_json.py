@@ -23,7 +23,7 @@ from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.choice.search import Candidate
 from shaper_fmu.tune.identify.experiment import PlantIdentification
-from shaper_fmu.tune.identify.measured import MeasuredIdentification
+from shaper_fmu.tune.identify.measured_result import MeasuredIdentification
 from shaper_fmu.tune.identify.range import ModeRange, Range
 from shaper_fmu.tune.meter import Effort
 from shaper_fmu.tune.tuning import Tuning
@@ -222,7 +222,13 @@ def _fit(found: Identification, outputs: Sequence[str]) -> dict[str, Any]:
 
 def _measured(found: MeasuredIdentification) -> dict[str, Any]:
     band = list(found.forced.band) if found.forced is not None else None
-    return {"excitation_end": found.excitation_end, "excited_band": band, "fit": _fit(found.identification, found.outputs)}
+    law = found.law
+    sweep = None
+    if law is not None:
+        sweep = {"begin": found.span[0], "end": found.span[1], "first": law.first, "last": law.last, "rate": law.rate}
+        sweep |= {"stepped": law.stepped, "growing": law.growing}
+    fit = _fit(found.identification, found.outputs)
+    return {"excitation_end": found.excitation_end, "excited_band": band, "sweep": sweep, "span": list(found.span), "fit": fit}
 
 
 def _choice(choice: Choice) -> dict[str, Any]:

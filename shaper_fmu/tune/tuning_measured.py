@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,12 +14,14 @@ from shaper_fmu.tune.choice.choice import choose
 from shaper_fmu.tune.choice.reasons import percent
 from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.hidden import hidden_of_forced, hidden_share
-from shaper_fmu.tune.identify.measured import MeasuredIdentification, identify_measured
+from shaper_fmu.tune.identify.measured import identify_measured
+from shaper_fmu.tune.identify.measured_result import MeasuredIdentification
 from shaper_fmu.tune.identify.measured_table import Table
 from shaper_fmu.tune.recordings import boxes_of
 from shaper_fmu.tune.tuning import Tuning, Verdict, requirements_for
 from shaper_fmu.tune.verification.command import Command
 
+_AXIS = re.compile(r"(?:^|[_ .-])([xyz])$", re.IGNORECASE)
 _UNSTABLE = ("unstable", "growth")
 
 
@@ -40,10 +43,55 @@ def tune_measured(
 
     The modes' shares are those of the response as it was excited; with a command's column those of the response to a step of it.
     """
-    requirements = requirements or requirements_for({})
-    requirements.check_impulses_only()
-    recordings = [identify_measured(one, outputs, **options) for one in (source, *also)]
-    names = ["the table" if isinstance(one, Table) else Path(one).name for one in (source, *also)]
+    recordings, names = _identified((source, *also), outputs, requirements, options)
+    return _tuned(recordings, names, requirements or requirements_for({}))
+
+
+def tune_axes(
+    source: Path | str | Table,
+    outputs: Sequence[str] | None = None,
+    *,
+    requirements: Requirements | None = None,
+    also: Sequence[Path | str | Table] = (),
+    **options: Any,
+) -> dict[str, Tuning]:
+    """Find a shaper for each axis from sweeps along different ones, such as the raw data of a 3D printer's resonance tests.
+
+    The axis of a recording is that of the column that moves most along its sweep: "x" of accel_x. The recordings of one axis are
+    taken together, as `tune_measured` takes all. Recordings that are no sweeps, or whose columns name no axis, give one tuning for
+    all, of the axis "".
+    """
+    recordings, names = _identified((source, *also), outputs, requirements, options)
+    axes = [axis_of(one) for one in recordings]
+    if not all(axes):
+        axes = [""] * len(axes)
+    found = {}
+    for axis in dict.fromkeys(axes):
+        mine = [k for k, one in enumerate(axes) if one == axis]
+        of_axis = [recordings[k] for k in mine], [names[k] for k in mine]
+        found[axis] = _tuned(*of_axis, requirements or requirements_for({}))
+    return found
+
+
+def axis_of(one: MeasuredIdentification) -> str:
+    """The axis along which a sweep drives, by the name of its column; "" where none is known."""
+    if one.law is None or len(one.outputs) != 1:
+        return ""
+    match = _AXIS.search(one.outputs[0])
+    return match[1].lower() if match else ""
+
+
+def _identified(
+    sources: Sequence[Path | str | Table], outputs: Sequence[str] | None, requirements: Requirements | None, options: dict[str, Any]
+) -> tuple[list[MeasuredIdentification], list[str]]:
+    """The identifications, and the names of the files."""
+    if requirements is not None:
+        requirements.check_impulses_only()
+    names = ["the table" if isinstance(one, Table) else Path(one).name for one in sources]
+    return [identify_measured(one, outputs, **options) for one in sources], names
+
+
+def _tuned(recordings: Sequence[MeasuredIdentification], names: Sequence[str], requirements: Requirements) -> Tuning:
     measured, name = recordings[0], " and ".join(names)
     findings = (*measured.findings, *_further(names, recordings))
     modes = [mode for one in recordings for mode in one.identification.modes]

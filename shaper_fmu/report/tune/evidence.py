@@ -11,7 +11,7 @@ from shaper_fmu.analysis.identification import Identification
 from shaper_fmu.page.blocks import Block, Table, Text
 from shaper_fmu.page.figures import Figure, Line, label
 from shaper_fmu.report.sweep.curves import thinned
-from shaper_fmu.tune.identify.measured import MeasuredIdentification
+from shaper_fmu.tune.identify.measured_result import MeasuredIdentification
 from shaper_fmu.tune.tuning import Tuning
 
 MOST_OUTPUTS = 12
@@ -184,14 +184,22 @@ def recording_blocks(measured: MeasuredIdentification | None, shown: Sequence[st
     if measured is None or measured.recording is None:
         return []
     time, values = measured.recording
-    begin, end = float(measured.time[0]), float(measured.time[-1])
+    begin, end = measured.span
     text = f"Of the recording from {time[0]:.5g} to {time[-1]:.5g} s the part from {begin:.5g} to {end:.5g} s was taken as free."
+    marks = [(begin, "free from here on")]
+    if measured.law is not None:
+        text = (
+            f"The recording lasts from {time[0]:.7g} to {time[-1]:.7g} s. From {begin:.7g} to {end:.7g} s it sweeps from "
+            f"{measured.law.first:.4g} to {measured.law.last:.4g} Hz. The response below is that to an impulse, within the band of "
+            "the sweep, which the recording divided by the spectrum of the sweep gives."
+        )
+        marks = [(begin, f"{measured.law.first:.3g} Hz"), (end, f"{measured.law.last:.3g} Hz")]
     blocks: list[Block] = [Text(text)]
     for number, output in enumerate(shown, 1):
         j = measured.outputs.index(output)
         line = Line(output, *thinned(time, values[:, j]))
         title, y_label = f"The whole recording of {output}", label(output, measured.units[j])
-        blocks.append(Figure(f"recording_{number}", title, "time [s]", y_label, [line], marks=[(begin, "free from here on")]))
+        blocks.append(Figure(f"recording_{number}", title, "time [s]", y_label, [line], marks=marks))
     return blocks
 
 

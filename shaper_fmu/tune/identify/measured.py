@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,20 +12,21 @@ import numpy as np
 from shaper_fmu.analysis.identification import (
     Finding,
     FreeResponse,
-    Identification,
     IdentificationError,
     free_response,
     identify,
 )
 from shaper_fmu.analysis.identification.beginning import Beginnings, cut, first_free
 from shaper_fmu.analysis.identification.clipping import check_clipping
-from shaper_fmu.analysis.identification.forced import Forced, identify_forced
+from shaper_fmu.analysis.identification.forced import identify_forced
 from shaper_fmu.analysis.identification.record import FEWEST_SAMPLES
-from shaper_fmu.analysis.identification.swept import find_sweep
+from shaper_fmu.analysis.identification.swept import Sweep, find_sweep
 from shaper_fmu.errors import nearest
 from shaper_fmu.tune.identify.measured_clock import time_column
 from shaper_fmu.tune.identify.measured_grid import quantisation, uniform_samples
 from shaper_fmu.tune.identify.measured_lines import without_lines
+from shaper_fmu.tune.identify.measured_result import MeasuredIdentification
+from shaper_fmu.tune.identify.measured_sweep import of_sweep
 from shaper_fmu.tune.identify.measured_table import Table, read_table
 
 _CHANGES = 1e-6
@@ -50,33 +51,6 @@ _UNKNOWN = (
 )
 
 
-@dataclass(frozen=True)
-class MeasuredIdentification:
-    """The result of an identification from a measured response.
-
-    Attributes:
-        identification: modes and other poles; time 0 is the first sample after the excitation.
-        time: of the samples that were used [s], shape (n,), on the file's clock.
-        response: shape (n, m), as it was fitted.
-        outputs, units: names and units of the columns, "" without one.
-        excitation_end: after which the response is free [s], on the file's clock.
-        findings: what the user should know, of the table and of the identification.
-        forced: what is known of the command; None for a free response.
-        recording: all times [s] and values of the outputs, shapes (n,) and (n, m), of which `response` was cut out; None if nothing
-            was cut.
-    """
-
-    identification: Identification
-    time: np.ndarray
-    response: np.ndarray
-    outputs: tuple[str, ...]
-    units: tuple[str, ...]
-    excitation_end: float
-    findings: tuple[Finding, ...]
-    forced: Forced | None = None
-    recording: tuple[np.ndarray, np.ndarray] | None = None
-
-
 def identify_measured(
     source: Path | str | Table,
     outputs: Sequence[str] | None = None,
@@ -99,7 +73,8 @@ def identify_measured(
         command: the column of the command that excites the response throughout, such as a swept sine: the modes are those from it
             to the outputs, and their amplitudes those after a unit step of it. In place of `input` and `excitation_end`.
         excitation_end: when the response becomes free, on the file's clock, in s. Without this and `input` it is found from the
-            response by its modes (`first_free`), and a finding reports it.
+            response by its modes (`first_free`), and a finding reports it; but if the motion sweeps, its frequency a straight line
+            over time, the modes are those from that sweep to the outputs (without `outputs`, to the one that moves most).
         units: of columns whose header has none; a header may read "position [mm]". Time may be in s, ms, us,
             ns, min or h.
         time_unit: of the time column, whatever its header says.
@@ -131,7 +106,13 @@ def identify_measured(
     findings += [Finding("resampled", note)] if note else []
     step = float(grid[-1] - grid[0]) / (len(grid) - 1)
     response = free_response(uniform, step, names, quantisation(values))
-    behind = _behind_sweep(response, grid, given=first is not None)
+    sweep = find_sweep(response)
+    units_of = tuple(known.get(name, "") for name in names)
+    if sweep is not None and first is None:
+        swept = of_sweep(response, sweep, (t, values), units_of, smallest_share, findings, named=outputs is not None)
+        if swept is not None:
+            return swept
+    behind = _behind_sweep(sweep, response, grid, given=first is not None)
     if first is None:
         start = first_free(cut(response, behind), smallest_share)
         if start is None:
@@ -147,7 +128,6 @@ def identify_measured(
     if first is not None or not start:
         findings += _unconfirmed(response, smallest_share, end, given=first is not None)
     cut_out = (t, values) if grid[0] > t[0] + step else None
-    units_of = tuple(known.get(name, "") for name in names)
     return MeasuredIdentification(found, grid, uniform, tuple(names), units_of, end, tuple(findings), None, cut_out)
 
 
@@ -181,9 +161,8 @@ def _before(t: np.ndarray, values: np.ndarray, grid: np.ndarray, response: FreeR
     return replace(response, values=np.column_stack([np.interp(times, t[known], column[known]) for column in values.T]))
 
 
-def _behind_sweep(response: FreeResponse, grid: np.ndarray, *, given: bool) -> int:
+def _behind_sweep(found: Sweep | None, response: FreeResponse, grid: np.ndarray, *, given: bool) -> int:
     """The sample behind a swept motion, 0 without one. Raises IdentificationError where that should be free, or nothing is left."""
-    found = find_sweep(response)
     if found is None:
         return 0
     first = round(found.end / response.step)

@@ -16,6 +16,8 @@ from shaper_fmu.spreadsheets import plain_text
 
 _COMMENT = re.compile(r"^\s*(?:#|%|//)\s*")
 _UNIT = re.compile(r"^\s*[\[(]([^\])]*)[\])]\s*$")
+_SEEN = 100
+"""Lines in which quotes are looked for, before they are read quickly."""
 _HEADER = re.compile(r"^\s*(?P<name>.*?)\s*(?:[\[(](?P<unit>[^\])]*)[\])])?\s*$")
 
 
@@ -73,12 +75,24 @@ def read_table(path: Path | str) -> Table:
         head, first = layout.cells(_COMMENT.sub("", shown)), first + 1
         if first < len(told) and (units := layout.units(told[first][1], len(head))):
             head, first = [f"{name} [{unit}]" for name, unit in zip(head, units, strict=True)], first + 1
-    rows = [
-        layout.numbers(line, len(head), f"{path}: line {number}") for number, line in told[first:] if _COMMENT.match(line) is None
-    ]
-    if not rows:
+    body = [(number, line) for number, line in told[first:] if _COMMENT.match(line) is None]
+    if not body:
         raise IdentificationError(f"{path}: there is no row of numbers")
-    return _table([plain_text(cell) for cell in head], np.array(rows), str(path), tuple(notes))
+    rows = _quickly([line for _, line in body], layout, len(head))
+    if rows is None:  # slowly, so that the first fault is told with its line
+        rows = np.array([layout.numbers(line, len(head), f"{path}: line {number}") for number, line in body])
+    return _table([plain_text(cell) for cell in head], rows, str(path), tuple(notes))
+
+
+def _quickly(lines: list[str], layout: _Layout, count: int) -> np.ndarray | None:
+    """The numbers of plain lines, shape (n, count); None if there is anything else in them."""
+    if layout.separator != "," or any('"' in line for line in lines[:_SEEN]):
+        return None
+    try:
+        found = np.loadtxt(lines, delimiter=",", ndmin=2, comments=None)
+    except ValueError:
+        return None
+    return found if found.shape == (len(lines), count) else None
 
 
 @dataclass(frozen=True)
