@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from shaper_fmu.cli.arguments import finite, input_file, number, output_folder, pairs, positive, wrong_usage
+from shaper_fmu.cli.ends import end_message
+from shaper_fmu.cli.paths import shown
 from shaper_fmu.cli.tune_results import print_result, setting_for, write_results, write_settings
 from shaper_fmu.console import err, out
 from shaper_fmu.machines.names import Machine
 from shaper_fmu.profiles.limits import NO_LIMIT
+from shaper_fmu.progress import progress
 from shaper_fmu.tune.choice.requirements import Move
 
 if TYPE_CHECKING:
@@ -229,6 +232,12 @@ def tune(
         known = {along: one for along, one in made.items() if one is not None}
         good += [one.holds for one in known.values()]
         write_settings(found, known, target if several else into)
+    stopped = next((one.system.meter.stopped for one in found.values() if one.system is not None), None)
+    if stopped is not None:
+        message, code = end_message(stopped)
+        verdicts = " and ".join(one.verdict.replace("_", " ") for one in found.values())
+        err.print(f"{message}: what was known is kept in {shown(into)}, and its verdict is {verdicts}")
+        raise typer.Exit(code)
     if not all(good):
         raise typer.Exit(1)
 
@@ -266,6 +275,7 @@ def _of_plant(
 ) -> Tuning:
     from shaper_fmu.master.fmu import load_fmu
     from shaper_fmu.ssp.archive import load_ssp
+    from shaper_fmu.tune.meter import BudgetError
     from shaper_fmu.tune.plant import Plant, alone_system
     from shaper_fmu.tune.tuning_plant import check_budget, tune_plant
 
@@ -291,4 +301,15 @@ def _of_plant(
         plant.nominal_values(spread)
     with wrong_usage("--steps or --budget"):
         check_budget(plant, spread, options["budget"])
-    return tune_plant(plant, requirements=requirements, spread=spread, say=_say, **options)
+    try:
+        with progress("steps of the plant", err) as update:
+            found = tune_plant(
+                plant, requirements=requirements, spread=spread, say=_say,
+                hear=lambda _, steps, expected: update(steps, max(steps, expected)), **options,
+            )  # fmt: skip
+    except BudgetError as error:
+        if plant.meter.stopped is None:
+            raise
+        err.print(f"{error}; no mode was identified, and nothing is kept")
+        raise typer.Exit(end_message(plant.meter.stopped)[1]) from None
+    return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
@@ -65,10 +65,16 @@ class Meter:
     Attributes:
         efforts: by part, in the order of `PARTS`.
         budget: see `Budget`; its time begins with the meter.
+        stopped: the Ctrl-C after which no further run is begun.
+        expected: steps of the whole work, as far as the plan knows.
+        hear: called after each run with the part at work, the steps of all parts, and those expected.
     """
 
     def __init__(self, budget: Budget | None = None) -> None:
         self.budget: Budget = budget or Budget()
+        self.stopped: KeyboardInterrupt | None = None
+        self.expected: int = 0
+        self.hear: Callable[[Part, int, int], None] | None = None
         self._begun: float = time.perf_counter()
         self._efforts: dict[Part, Effort] = {}
         self._parts: list[Part] = []
@@ -104,6 +110,8 @@ class Meter:
     def allow(self, steps: float, what: str = "the next run") -> None:
         """Raise BudgetError if so many steps more do not fit the budget."""
         whole, budget = self.whole, self.budget
+        if self.stopped is not None:
+            raise BudgetError(f"interrupted: {whole.steps:,} steps are taken")
         if budget.steps is not None and whole.steps + steps > budget.steps:
             raise BudgetError(
                 f"the budget of {budget.steps:,} steps is spent: {whole.steps:,} are taken, and {what} takes "
@@ -122,9 +130,9 @@ class Meter:
     def run(self, steps: float = 0.0) -> Iterator[list[Results]]:
         """Count a run of the plant, whose results are to be put into the list; one that fails counts with what it recorded.
 
-        Raises BudgetError before it, if about so many steps do not fit.
+        Raises BudgetError before it, if about so many steps do not fit. A Ctrl-C is heard so, too: what is known by then is kept.
         """
-        if self.budget:
+        if self.budget or self.stopped is not None:
             self.allow(steps)
         made: list[Results] = []
         try:
@@ -132,6 +140,11 @@ class Meter:
         except SimulationError as error:
             made += [error.results] if error.results is not None else []
             raise
+        except KeyboardInterrupt as error:
+            if type(error) is not KeyboardInterrupt:  # SIGTERM: there is no time for what is known
+                raise
+            self.stopped = error
+            self.allow(0)
         finally:
             steps = sum(steps_of(one) for one in made)
             self.add(steps, sum(one.stepping_time for one in made))
@@ -140,6 +153,8 @@ class Meter:
         """Count a run of so many steps; outside of all parts it belongs to none, and is not counted."""
         if self._parts:
             self._add(self._parts[-1], Effort(steps, 1, 0.0, stepping))
+            if self.hear is not None:
+                self.hear(self._parts[-1], self.whole.steps, self.expected)
 
     def merge(self, efforts: Mapping[Part, Effort]) -> None:
         """Count what another process has done, too."""

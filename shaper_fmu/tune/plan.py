@@ -58,6 +58,11 @@ class Plan:
     cost: Cost
     points: int
 
+    @property
+    def steps(self) -> int:
+        """The usual ones of all parts."""
+        return _sum(self.usual).steps
+
     def words(self) -> str:
         """The plan in a sentence."""
         parts = ", ".join(f"{name} {self._told(one)}" for name, one in self.usual.items())
@@ -133,11 +138,11 @@ def verification_effort(ratio: float, parameters: int, delay: float, *, usual: b
     return Effort(math.ceil(steps), 3 * places + 4 + (shown if usual else 0))
 
 
-def of_modes(boxes: Sequence[ModeBox], parameters: int, delay: float, start: float) -> Effort:
-    """The least verification for these modes, a shaper's delay and the command's start [s]."""
+def of_modes(boxes: Sequence[ModeBox], parameters: int, delay: float, start: float, *, usual: bool = False) -> Effort:
+    """The least or the usual verification for these modes, a shaper's delay and the command's start [s]."""
     slowest = 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
     ratio = max(box.natural_frequency.high for box in boxes) * slowest / (2.0 * math.pi)
-    return verification_effort(ratio, parameters, delay / slowest, usual=False, start=start / slowest)
+    return verification_effort(ratio, parameters, delay / slowest, usual=usual, start=start / slowest)
 
 
 def _sum(parts: Mapping[Part, Effort]) -> Effort:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.result import fits, preferred
 from shaper_fmu.tune.choice.search import Candidate
 from shaper_fmu.tune.identify.range import PlantModes, identify_plant
-from shaper_fmu.tune.meter import Budget, BudgetError, Meter
+from shaper_fmu.tune.meter import Budget, BudgetError, Meter, Part
 from shaper_fmu.tune.plan import Cost, Plan, measured_cost, of_modes, plan_for
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, requirements_for
@@ -45,6 +45,7 @@ def tune_plant(
     start_values: Mapping[str, Any] | None = None,
     say: Say = lambda _: None,
     budget: Budget | None = None,
+    hear: Callable[[Part, int, int], None] | None = None,
     **options: Any,
 ) -> Tuning:
     """Find a shaper for an FMU's or a system's `input`, so that its `outputs` do not vibrate after a command.
@@ -58,7 +59,8 @@ def tune_plant(
         amplitude: of the command's step in the verification, in the input's unit; by default as in the experiment's first try.
         start_values: of an FMU given alone.
         budget: what the experiments may take. The plan is told by `say` beforehand. What does not fit any more is left out:
-            then the verdict is `not_verified`.
+            then the verdict is `not_verified`. Ctrl-C within a run of the plant ends the budget: what is known is kept.
+        hear: called after each run of the plant with the part at work, the steps taken, and those that are expected in all.
         options: of `experiment`.
 
     With a move in the requirements profiles are compared, too, and the plant makes the move. `Tuning.efforts` tells the steps
@@ -83,7 +85,8 @@ def tune_plant(
         order_of_input(plant, requirements.move)  # refuses what cannot follow a move
     check_budget(plant, spread, plant.meter.budget)
     plan = _plan(plant, spread, measured_cost(plant))
-    say(plan.words())
+    say(f"note: {plan.words()}")
+    plant.meter.hear, plant.meter.expected = hear, plan.steps
     plan.check(plant.meter.budget)
     found = _tuned(plant, requirements, spread, amplitude, say, options)
     return replace(found, efforts=plant.meter.efforts)
@@ -178,10 +181,12 @@ def _verified(found: Tuning, boxes: Sequence[ModeBox], asked: Requirements, plan
 def _tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
     """The tuning with what simulations of the plant show; raises BudgetError before them, if these do not fit the budget."""
     with plant.meter.part("verify"):
-        if plant.meter.budget and found.choice is not None:
+        if found.choice is not None:
             varied = sum(share > 0.0 for share in found.spread.values())
-            delay, start = found.choice.nearest.delay, found.command.start
-            plant.meter.allow(of_modes(found.choice.boxes, varied, delay, start).steps, "verifying the shaper on the plant")
+            modes = found.choice.boxes, varied, found.choice.nearest.delay, found.command.start
+            plant.meter.expected = plant.meter.whole.steps + of_modes(*modes, usual=True).steps
+            if plant.meter.budget or plant.meter.stopped is not None:
+                plant.meter.allow(of_modes(*modes).steps, "verifying the shaper on the plant")
         return tried(found, asked, plant)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 
 import pytest
@@ -11,6 +12,7 @@ from counted_spring import counted_spring, steps_counted
 
 from shaper_fmu.cli.tune import duration_of
 from shaper_fmu.export.build import fmu_path
+from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.tune.meter import Budget, BudgetError, Meter
 from shaper_fmu.tune.plan import Cost, plan_for
 from shaper_fmu.tune.tuning import Tuning, requirements_for
@@ -106,3 +108,52 @@ def test_times_are_read(text, seconds):
 def test_what_is_no_time_is_refused(text):
     with pytest.raises(typer.BadParameter, match="write 90s, 2min or 1h"):
         duration_of(text)
+
+
+def interrupted_at(monkeypatch: pytest.MonkeyPatch, run: int) -> None:
+    """Ctrl-C within this run of the plant."""
+    runs, simulated = [0], Simulation.run
+
+    def counting(self: Simulation, *arguments, **options):
+        runs[0] += 1
+        if runs[0] == run:
+            raise KeyboardInterrupt
+        return simulated(self, *arguments, **options)
+
+    monkeypatch.setattr(Simulation, "run", counting)
+
+
+@pytest.mark.parametrize(("run", "verdict"), [(3, None), (12, "not_verified"), (25, "not_verified")])
+def test_ctrl_c_keeps_what_is_known(run, verdict, tmp_path, monkeypatch):
+    """In the survey, at a point of the range, and in the verification."""
+    interrupted_at(monkeypatch, run)
+    plant = fmu_path("MassSpringDamper", platforms=["this"])
+    arguments = ("--input", "force", "--output", "position", "--vary", "mass=10%", "--kind", "mzv", "--no-report")
+    monkeypatch.setattr("shaper_fmu.report.tune.outputs._write_shaper", lambda *_: [])  # it compiles for all platforms
+    done = typed("tune", plant, *arguments, "--output-folder", "out", cwd=tmp_path)
+    assert done.returncode == 130
+    words = " ".join(done.stderr.split())
+    if verdict is None:
+        assert "interrupted:" in words
+        assert "no mode was identified, and nothing is kept" in words
+        assert not (tmp_path / "out").exists()
+    else:
+        numbers = json.loads((tmp_path / "out" / "tuning.json").read_text())
+        assert numbers["verdict"] == verdict
+        assert numbers["modes"]
+        assert "interrupted:" in numbers["words"]
+        assert f"what was known is kept in out, and its verdict is {verdict.replace('_', ' ')}" in words
+
+
+def test_progress_is_told_to_the_end():
+    heard: list[tuple[str, int, int]] = []
+    requirements = requirements_for(SPREAD, kinds=("mzv", "zvd", "ei"))
+    found = tune_plant(
+        fmu_path("MassSpringDamper", platforms=["this"]), "force", ["position"], start_values=VALUES, spread=SPREAD,
+        requirements=requirements, hear=lambda *one: heard.append(one),
+    )  # fmt: skip
+    steps = [taken for _, taken, _ in heard]
+    assert steps == sorted(steps)
+    assert steps[-1] == sum(one.steps for one in found.efforts.values())
+    assert heard[-1][2] == pytest.approx(steps[-1], rel=0.15)
+    assert {part for part, _, _ in heard} == {"settle", "look", "excite", "verify"}
