@@ -32,7 +32,7 @@ _PRECISE = {"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 
 _ATTEMPTS = (("highs", _PRECISE), ("highs", {}), ("highs", {"presolve": False}), ("highs-ipm", {}))
 """Methods and options, tried one after the other: numerically hard programmes are solved by one of them."""
 _ITERATIONS = 5
-"""Of the simplex method, for each column, before the next one is tried: most take less than one, and a few never end."""
+"""Of the simplex method, for each column, before the next one is tried: with limited deflections a few never end."""
 _NEAR = 0.5
 """Demands that leave more of the tolerance unused than this are forgotten; those that are needed after all are found again."""
 
@@ -162,7 +162,7 @@ class _Cells:
         result: Any = None
         for method, options in _ATTEMPTS:
             zeros = np.zeros(self._equations())
-            limited = {**options, "maxiter": _ITERATIONS * self.columns}
+            limited = {**options, "maxiter": _ITERATIONS * self.columns} if self.task.deflections else options
             result = linprog(cost, *most, equal, zeros, self._bounds(), method=method, options=limited)
             if result.x is not None:
                 return result

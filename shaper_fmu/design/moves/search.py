@@ -70,7 +70,7 @@ def _proven(programme: MoveProgramme, edges: np.ndarray, move: GridMove) -> floa
     Where the grid is too coarse for a tight bound, a finer one is taken.
     """
     duration, best = move.control.duration, 1.0
-    for grid in (edges, _union([edges, np.linspace(0.0, 1.0, _FINER * _cells(programme.task, duration) + 1)])):
+    for grid in (edges, _union(programme.task, [edges, np.linspace(0.0, 1.0, _FINER * _cells(programme.task, duration) + 1)])):
         if grid is not edges:
             move = programme.farthest(grid, duration)
         share = max(_LEAST_GAP, _AHEAD * (certificate(programme.task, move).farthest(duration) - 1.0))
@@ -137,9 +137,10 @@ def _refined(base: np.ndarray, move: GridMove, task: Task) -> np.ndarray:
     split = loose.copy()
     split[changes] = split[changes + 1] = True
     parts = [np.linspace(edges[i], edges[i + 1], _SPLIT + 1) for i in np.flatnonzero(split)]
-    return _union([base, *parts])
+    return _union(task, [base, *parts])
 
 
-def _union(grids: Sequence[np.ndarray]) -> np.ndarray:
-    """All ends of cells, once each."""
-    return np.unique(np.concatenate(grids).round(_DIGITS))
+def _union(task: Task, grids: Sequence[np.ndarray]) -> np.ndarray:
+    """All ends of cells; with a limited deflection once each: its state is not propagated over a cell without width."""
+    ends = np.concatenate(grids)
+    return np.unique(ends.round(_DIGITS) if task.deflections else ends)
