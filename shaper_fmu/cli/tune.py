@@ -87,7 +87,8 @@ def tune(
         ),
     ] = math.inf,
     vary: Annotated[
-        list[str] | None, typer.Option(help="A parameter of the plant that varies, such as mass=10%; repeatable.")
+        list[str] | None,
+        typer.Option(help="A parameter of the plant, or an input held at values, that varies, such as mass=10%; repeatable."),
     ] = None,
     margin: Annotated[
         str | None, typer.Option(help="Added to each natural frequency's range at both ends. Default: 10%, with --vary 0%.")

@@ -238,12 +238,20 @@ class Plant:
         return bool(self._system.fmus[instance].inputs_of(variable))
 
     def nominal_values(self, spread: Mapping[str, float]) -> dict[str, float]:
-        """Nominal values of parameters that vary by these shares; raises ModelError for what cannot be varied."""
+        """Nominal values of parameters, and of inputs held at values, that vary by these shares.
+
+        Raises ModelError for what cannot be varied, such as the input that is excited, or one that something feeds.
+        """
         found, problems = {}, []
         for name, share in spread.items():
             checked_number(f"spread of {name}", share)
             instance, variable = self.port(name)
-            declared = self._system.fmus[instance].variable(variable, "parameter")
+            declared = self._system.fmus[instance].variable(variable, "parameter", "input")
+            fed = self.port(name) in self._system.connections or self.port(name) in self._system.signals
+            if fed or self.full(name) == self.input:
+                why = "is fed by something else" if fed else "gets the commands"
+                problems.append(f"{name} {why}, so that it cannot be held at values; name a parameter or a free input")
+                continue
             given: Any = self._system.start_values[instance].get(variable, declared.start)
             try:
                 found[name] = float(given)

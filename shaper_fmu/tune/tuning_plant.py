@@ -24,7 +24,8 @@ from shaper_fmu.tune.meter import Budget, BudgetError, Meter, Part
 from shaper_fmu.tune.plan import Cost, Plan, measured_cost, of_modes, plan_for
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, requirements_for
-from shaper_fmu.tune.tuning_trial import shortfall, tightened, tried, untried
+from shaper_fmu.tune.tuning_amplitude import modes_over_command
+from shaper_fmu.tune.tuning_trial import integrators, shortfall, tightened, tried, untried
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.move import order_of_input
 
@@ -130,12 +131,40 @@ def _tuned(
     if choice.recommended is None:
         return replace(found, verdict="nothing_fits", summary=choice.reason, choice=choice)
     found = _verified(replace(found, choice=choice), boxes, requirements, plant, say)
+    if found.verdict == "not_held" and requirements.move is None:
+        found = _over_command(found, requirements, plant, size, say, options)
+        modes = found.plant or modes
     missing = "; ".join(one.text for one in modes.uncovered)
     if not missing:
         return found
     if found.verdict == "tuned" and any(one.code == "left_out" for one in modes.uncovered):
         found = replace(found, verdict="not_verified")
     return replace(found, summary=f"{found.summary}. The ranges of the modes do not cover all that was asked for: {missing}")
+
+
+def _over_command(found: Tuning, asked: Requirements, plant: Plant, size: float, say: Say, options: Mapping[str, Any]) -> Tuning:
+    """Of a nonlinear plant the tuning for its modes over the whole command; the given one where they stay, or nothing fits.
+
+    A plant with integrators moves on when its input is held, and is left out.
+    """
+    assert found.plant is not None
+    if any(integrators(found.plant, plant.full(name)) for name in found.outputs):
+        return found
+    say("identifying the modes over the command")
+    points = corners(plant.nominal_values(found.spread), found.spread)
+    modes = modes_over_command(plant, points, size, options)
+    if modes is None:
+        return found
+    ends = " and ".join(f"{one.natural_frequency.low:.4g} to {one.natural_frequency.high:.4g}" for one in modes.ranges)
+    told = f"the modes change with the command: over a step of {size:.4g} {found.input_unit}".rstrip() + f" they are {ends} rad/s"
+    boxes = mode_boxes(modes, [plant.full(name) for name in found.outputs])
+    with plant.meter.part("choose"):
+        choice = choose(boxes, asked)
+    if choice.recommended is None:
+        return replace(found, summary=f"{found.summary}. It is nonlinear: {told}, and for these {choice.reason}")
+    wider = replace(found, plant=modes, choice=choice, verification=None, responses=(), findings=modes.findings)
+    again = _verified(wider, boxes, asked, plant, say)
+    return replace(again, summary=f"{again.summary}. It is nonlinear: {told}, and the shaper is for that range")
 
 
 def _verified(found: Tuning, boxes: Sequence[ModeBox], asked: Requirements, plant: Plant, say: Say) -> Tuning:

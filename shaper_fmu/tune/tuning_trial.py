@@ -17,6 +17,7 @@ from shaper_fmu.tune.tuning import Tuning, Verdict
 from shaper_fmu.tune.verification.command import MOST_INTEGRATORS, command_for
 from shaper_fmu.tune.verification.move import MoveCommand, move_command, order_of_input
 from shaper_fmu.tune.verification.responses import simulated_responses
+from shaper_fmu.tune.verification.swing import slow_part
 from shaper_fmu.tune.verification.verify import verify
 
 _CLOSER = 0.97
@@ -49,9 +50,13 @@ def tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
         command = command_for(choice.boxes, given.rest, given.amplitude, given.start, deepest)
     else:
         command = move_command(plant, move, choice.boxes, given.rest, given.start, given.amplitude)
-    found = replace(found, command=command)
+    found, modes = replace(found, command=command), found.plant
     try:
-        seen = verify(plant, "", settling, choice.nearest, choice.boxes, found.spread, tolerance=asked.tolerance, command=command)
+        slow = slow_part(modes, [plant.full(name) for name in settling])
+        seen = verify(
+            plant, "", settling, choice.nearest, choice.boxes, found.spread,
+            tolerance=asked.tolerance, command=command, slow=slow,
+        )  # fmt: skip
     except ComponentError as error:
         return untried(found, str(error))
     except SimulationError as error:

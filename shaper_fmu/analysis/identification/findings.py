@@ -25,6 +25,8 @@ _BENT = 0.15
 """Distance of the cumulative periodogram from white noise's straight line, from which on residuals are not white..."""
 _CERTAIN = 2.8
 """... and that times the root of the number of frequencies: by chance in 3e-7 of all cases (2 exp(-2 x^2))."""
+_WHITE = 0.25
+"""Correlation from sample to sample up to which a motion at rest is noise."""
 _RESOLVED = 1e-6
 """Residuals below this share of the response are rounding."""
 _FIRST = 8
@@ -107,6 +109,21 @@ def is_bent(residual: np.ndarray) -> bool:
     count = len(power)
     apart = float(np.abs(power / power[-1] - np.arange(1, count + 1) / count).max())
     return apart > max(_BENT, _CERTAIN / math.sqrt(count))
+
+
+def noise_of(record: np.ndarray) -> np.ndarray:
+    """Standard deviation of the white noise that each output is at rest, shape (m,); 0 where it moves otherwise.
+
+    A straight line is taken away first. White is what passes Bartlett's test, with next to no correlation between neighbours.
+    """
+    found = np.zeros(record.shape[1])
+    u = np.linspace(-1.0, 1.0, len(record))
+    for j, column in enumerate(record.T):
+        rest = column - np.polyval(np.polyfit(u, column, 1), u)
+        power = float(rest @ rest)
+        if power > 0.0 and abs(float(rest[1:] @ rest[:-1])) < _WHITE * power and not is_bent(rest):
+            found[j] = math.sqrt(power / (len(rest) - 2))
+    return found
 
 
 def disturbance(found: Fit) -> int:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from shaper_fmu.analysis.identification import noise_of
 from shaper_fmu.errors import SimulationError
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
@@ -39,6 +40,10 @@ _JUST_BEFORE = 1.0 - 1e-7
 """Communication points come just before the FMU's own, so that rounding does not decide whether it takes a step."""
 _QUARTERINGS = 6
 """Of the communication step, until it is stable."""
+_SURELY = 1.15
+_OF_HALVES = _SURELY * math.sqrt(1.0 + _HALF**-2 + (1.0 - 1.0 / _HALF) ** 2)
+_OF_STEPS = _SURELY * 2.0
+"""What noise makes of differences, in standard deviations, with what it may be more by chance."""
 _RETRIES = 3
 """Quarterings of the communication step, where an excited plant fails."""
 _GROWING = 1.5
@@ -60,6 +65,7 @@ class Response:
         nonlinearity: that RMS over the RMS of the response, in the worst output that moves.
         coupling: what halving the communication step changes of the response, relative, where FMUs are coupled; else 0.
         excitation: that was applied.
+        noise: standard deviation of white noise in `values`, shape (m,); 0 without.
     """
 
     time: np.ndarray
@@ -68,6 +74,7 @@ class Response:
     nonlinearity: float
     coupling: float
     excitation: Excitation
+    noise: np.ndarray
 
 
 @dataclass
@@ -82,6 +89,8 @@ class Experiment:
     settle_time: float = 0.0
     restored: bool = True
     grid: float = 0.0
+    noise: np.ndarray = field(default_factory=lambda: np.zeros(1))
+    """Standard deviation of the outputs' noise at rest; shape (m,)."""
     settling: Settling = field(init=False)
     _still: tuple[float, np.ndarray] | None = None
     _moves: bool = False
@@ -120,7 +129,8 @@ class Experiment:
         for k in range(_MOST_DOUBLINGS + 1):
             settled = (2.0**k - 1.0) * window
             moved = self._stable_motion(settled, window)
-            if (moved[:, 0] <= (_AT_REST * moved[:, 1] if k else 1e-9 * moved[:, 2])).all():
+            still = moved[:, 0] <= (_AT_REST * moved[:, 1] if k else 1e-9 * moved[:, 2])
+            if (still | (self.noise > 0.0)).all():
                 self.settle_time = settled
                 return None
         self.settle_time = 0.0
@@ -176,6 +186,7 @@ class Experiment:
         self._note_still(settled + window, values)
         size = np.maximum(np.abs(values).max(axis=0), 1e-300)
         late, early = np.ptp(values[round(settled / step) :], axis=0), np.ptp(values[: round(window / step) + 1], axis=0)
+        self.noise = noise_of(values[round(settled / step) :])
         return np.column_stack([late, np.maximum(np.ptp(values, axis=0), 1e-9 * size), size, np.maximum(early, 1e-9 * size)])
 
     def _divided(self, step: float) -> int:
@@ -293,13 +304,14 @@ class Experiment:
         """
         whole = self.difference(excitation, step, samples)
         half = self.difference(replace(excitation, amplitude=_HALF * excitation.amplitude), step, samples)
-        error = np.hypot(_rms(whole - half / _HALF), self.rounding())
+        # noise is in both, and twice in the run without excitation that is taken from them
+        error = np.hypot(_beyond(_rms(whole - half / _HALF), _OF_HALVES * self.noise), self.rounding())
         size = _rms(whole)
         moves = size > 1e-9 * np.max(size, initial=0.0)
         share = float(np.max(error[moves] / size[moves])) if moves.any() else 0.0
         error = np.minimum(error, TOLERATED * size)  # beyond, a finding tells of it, and the fit shall see the response
         time = step * np.arange(samples)
-        return Response(time, whole, error, share, 0.0, excitation)
+        return Response(time, whole, error, share, 0.0, excitation, math.sqrt(2.0) * self.noise)
 
     def converged(self, found: Response, step: float) -> Response:
         """The response with communication steps so short that they do not matter, by halving and Richardson's extrapolation."""
@@ -315,7 +327,8 @@ class Experiment:
             if max(np.abs(fine).max(), np.abs(coarse).max()) >= _HUGE:  # so coarse a step makes it diverge
                 coarse = fine
                 continue
-            change = float(np.max(_rms(fine - coarse) / np.maximum(_rms(fine), 1e-300)))
+            moved = _beyond(_rms(fine - coarse), _OF_STEPS * self.noise)
+            change = float(np.max(moved / np.maximum(_rms(fine), 1e-300)))
             order = round(math.log2(previous / change)) if 0.0 < change < previous < math.inf else 0
             gain = 1.0 / (2.0**order - 1.0) if order in (1, 2) else 0.0
             rises = rises + 1 if least <= change < 1.0 else 0
@@ -344,6 +357,11 @@ class Experiment:
 def number_of_rows(stop: float, step: float) -> int:
     """Of a run with steps of this length."""
     return round(stop / step) + 1
+
+
+def _beyond(sizes: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """What exceeds noise, in the mean square."""
+    return np.sqrt(np.maximum(0.0, sizes**2 - noise**2))
 
 
 def _is_calmer(fine: np.ndarray, coarse: np.ndarray) -> bool:

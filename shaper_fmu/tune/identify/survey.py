@@ -147,7 +147,7 @@ def _stride(response: Response) -> int:
     centred = centred - u * (np.sum(u * centred, axis=0) / np.sum(u * u))
     spectrum = np.abs(np.fft.rfft(window * centred, axis=0))
     peak = spectrum.max(axis=0)
-    noise = response.error * math.sqrt(float(np.sum(window * window)))
+    noise = np.hypot(response.error, response.noise) * math.sqrt(float(np.sum(window * window)))
     level = np.where(peak > 20.0 * noise, np.maximum(_SMALLEST * peak, 8.0 * noise), np.inf)
     highest = int(np.max(np.flatnonzero(np.any(spectrum > level, axis=1)), initial=1))
     if n < 8.0 * highest:

@@ -28,6 +28,7 @@ from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.move import MoveCommand
 from shaper_fmu.tune.verification.runs import STAYS, Measured, ShapedRuns
+from shaper_fmu.tune.verification.swing import SlowPart
 
 _POINTS = {1: 9, 2: 5}
 _FEWEST_POINTS = 3
@@ -51,6 +52,10 @@ class Verification:
         reason: the result as a sentence.
         step: communication step of all runs [s].
         step_change: by how much halving the step to this one has changed a share at the nominal point.
+        doubt: what noise may hide of a share, at most over all points.
+        noise: standard deviation of each output's noise, in its unit; 0 without.
+        subtracted: whether the motion without a command was taken away from the others, as the plant is linear.
+        slow: what was separated from the vibration, in words; "" for nothing.
     """
 
     outputs: tuple[str, ...]
@@ -62,11 +67,15 @@ class Verification:
     reason: str
     step: float = math.nan
     step_change: float = 0.0
+    doubt: float = 0.0
+    noise: tuple[float, ...] = ()
+    subtracted: bool = False
+    slow: str = ""
 
     @property
     def uncertainty(self) -> float:
-        """Of all shares, where the communication step still matters: what halving it has changed; else 0."""
-        return self.step_change if self.step_change > STAYS * self.tolerance else 0.0
+        """Of all shares: what noise may hide, and where the communication step still matters, what halving it has changed."""
+        return self.doubt + (self.step_change if self.step_change > STAYS * self.tolerance else 0.0)
 
     @property
     def holds(self) -> bool:
@@ -85,6 +94,7 @@ def verify(
     tolerance: float = 0.05,
     command: Command | MoveCommand | None = None,
     start_values: Mapping[str, Any] | None = None,
+    slow: SlowPart | None = None,
 ) -> Verification:
     """Simulate a command, shaped and unshaped, over a range of parameters, and search the worst case.
 
@@ -97,6 +107,7 @@ def verify(
         tolerance: of the share of the unshaped residual.
         command: after which the plant rests but for vibration; a step of 1 at the time 0 by default. For a move `move_command`.
         start_values: of an FMU given alone.
+        slow: poles of the modes and of what is no vibration, which is separated; None to take all motion for vibration.
 
     All corners and points in between (9 for one parameter, 5 x 5 for two, 3 for each of more) are simulated, then a compass
     search goes on from the worst one. The communication step is halved at the nominal point until no share changes by more than a
@@ -107,8 +118,9 @@ def verify(
     if (candidate.profile is not None) != isinstance(command, MoveCommand):
         raise ArgumentError(f"{candidate.name}: a move's profile needs a `move_command`, and a shaper alone needs none")
     plant = Plant.of(source, input, outputs, start_values)
-    runs = ShapedRuns(plant, outputs, candidate, boxes, tolerance, command or Command())
+    runs = ShapedRuns(plant, outputs, candidate, boxes, tolerance, command or Command(), slow)
     nominals = runs.nominals(spread)
+    runs.look_at_rest(runs.raw({}))
     first = runs.settled()
     runs.check_rest(first)
     change = runs.refine(first)
@@ -125,7 +137,8 @@ def verify(
     worst = max(search.points.values(), key=lambda one: one.share)
     found = Verification(
         tuple(outputs), nominal, worst, tuple(search.points.values()), tuple(search.failed), tolerance, "",
-        runs.step, change,
+        runs.step, change, max(one.doubt for one in search.points.values()), tuple(runs.noise.tolist()), runs.subtracted,
+        slow.text if slow is not None and slow.moves else "",
     )  # fmt: skip
     return Verification(**{**vars(found), "reason": _reason(found, spread)})
 
@@ -218,7 +231,17 @@ def _reason(found: Verification, spread: Mapping[str, float]) -> str:
         f"{f' (at {where})' if where else ''}, nominally {100.0 * found.nominal.share:.3g} %: the tolerance of "
         f"{100.0 * found.tolerance:.3g} % {verdict}. Half peak to peak there: {'; '.join(sizes)}"
     )
-    if found.uncertainty:
+    if found.slow:
+        text += f". The vibration is the swing around the slow part ({found.slow}), which is none"
+    if found.subtracted:
+        text += ". The plant moves without a command; that motion was taken away from the others, since it is linear"
+    if any(found.noise):
+        sizes = ", ".join(f"{name} {size:.2g}" for name, size in zip(found.outputs, found.noise, strict=True) if size > 0.0)
+        text += (
+            f". Noise (standard deviation: {sizes}) is no vibration; it may hide {100.0 * found.doubt:.2g} % of the unshaped one, "
+            "which is counted"
+        )
+    if found.uncertainty > found.doubt:
         text += (
             f". The communication step still matters: halving it to {found.step:.3g} s changes the nominal share by "
             f"{100.0 * found.step_change:.2g} %"
