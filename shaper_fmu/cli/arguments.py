@@ -70,6 +70,20 @@ def input_file(*endings: str) -> Callback:
     return _each(lambda path: _unreadable(path) or _wrong_ending(path, endings))
 
 
+def input_system(*endings: str) -> Callback:
+    """A callback for systems: files with one of the `endings`, and folders of systems."""
+    from shaper_fmu.ssp.names import DESCRIPTION
+
+    def callback(path: Path) -> Path:
+        if not os.path.isdir(path):
+            return input_file(*endings)(path)
+        if not os.path.isfile(path / DESCRIPTION):
+            raise typer.BadParameter(f"{path}: no {DESCRIPTION} in this folder")
+        return path
+
+    return callback
+
+
 def output_file(*endings: str) -> Callback:
     """Of a file to be written: it ends as what will be in it, and can be written; missing folders are made then.
 

@@ -76,6 +76,10 @@ def _show_variables(what: str, variables: Sequence[VariableInfo], everything: bo
     head = [what, "type", "unit", "start", "description"]
     filled = [i for i in range(len(head)) if i < 2 or any(row[i] for row in rows)]
     show(Table(count(len(variables), what), [head[i] for i in filled], [[row[i] for i in filled] for row in rows], True))
+    for one in shown:
+        if one.items:
+            items = [f"{plain(name)} = {number}" for name, number in one.items.items()]
+            out.print(_wrapped(f"{plain(one.name)}: ", _first(items, _FIRST, everything), "    "))
     if len(variables) > len(shown):
         out.print(f"... and {len(variables) - len(shown)} more {what}s; --all shows all")
 

@@ -11,12 +11,13 @@ from typing import Annotated
 import typer
 from typer import Typer
 
-from shaper_fmu.cli.arguments import PAGE, finite, input_file, output_file, pairs, positive, wrong_usage
+from shaper_fmu.cli.arguments import PAGE, finite, input_system, output_file, pairs, positive, wrong_usage
 from shaper_fmu.cli.build import build
 from shaper_fmu.cli.check import check
 from shaper_fmu.cli.design import design
 from shaper_fmu.cli.ends import Commands, sigterm_heard
 from shaper_fmu.cli.info import info
+from shaper_fmu.cli.kept import Force, check_kept
 from shaper_fmu.cli.live import live
 from shaper_fmu.cli.new import app as new
 from shaper_fmu.cli.pack import pack
@@ -91,7 +92,7 @@ app.add_typer(new, name="new")
 
 @app.command()
 def run(
-    system: Annotated[Path, typer.Argument(help="SSP archive (.ssp).", callback=input_file(".ssp"))],
+    system: Annotated[Path, typer.Argument(help="SSP archive (.ssp), or a system's folder.", callback=input_system(".ssp"))],
     variant: Annotated[
         str | None, typer.Option(help="Variant to run: another .ssd file of the archive. Default: SystemStructure.ssd.")
     ] = None,
@@ -128,8 +129,9 @@ def run(
         Path | None,
         typer.Option(help="Write a page (.html) with the time responses, and a picture of each.", callback=output_file(*PAGE)),
     ] = None,
+    force: Force = False,
 ) -> None:
-    """Run the system of an SSP archive and print the outputs' last values."""
+    """Run the system of an SSP archive, or of a folder of one, and print the outputs' last values."""
     from shaper_fmu.master.run_options import number_of_steps
     from shaper_fmu.page.blocks import write_report
     from shaper_fmu.report.run import run_blocks
@@ -137,6 +139,9 @@ def run(
     from shaper_fmu.ssp.parameter_sets import apply_parameter_set
 
     loaded = load_ssp(system, variant)
+    title = f"Run of {loaded.system.name}"
+    if report:
+        check_kept(report, title, force, "--report")
     for note in loaded.notes:
         err.print(f"note: {note}")
     for which in parameter_sets or []:
@@ -185,7 +190,7 @@ def run(
         write(output)
         wrote(output)
     if report:
-        for path in write_report(report, f"Run of {loaded.system.name}", run_blocks(results)):
+        for path in write_report(report, title, run_blocks(results)):
             wrote(path)
 
 

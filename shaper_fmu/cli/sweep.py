@@ -9,6 +9,7 @@ import typer
 
 from shaper_fmu.cli.arguments import PAGE, STORE, index, input_file, output_file, wrong_usage
 from shaper_fmu.cli.ends import end_message
+from shaper_fmu.cli.kept import Force, check_kept
 from shaper_fmu.cli.paths import shown, wrote
 from shaper_fmu.console import err, out, show
 from shaper_fmu.progress import progress, runs_progress
@@ -22,8 +23,13 @@ _STORE = "Store of a sweep (.sqlite)."
 _MOST_REASONS = 10
 
 
+def _study_file(path: Path) -> Path:
+    """A callback for studies: a file, or the one of a folder."""
+    return input_file(".toml")(path / "study.toml" if path.is_dir() else path)
+
+
 def sweep(
-    study: Annotated[Path, typer.Argument(help="Study file (.toml).", callback=input_file(".toml"))],
+    study: Annotated[Path, typer.Argument(help="Study file (.toml), or a folder with a study.toml.", callback=_study_file)],
     store: Annotated[
         Path | None,
         typer.Option(help="Store of the results. Default: results/<study's folder>.sqlite.", callback=output_file(*STORE)),
@@ -79,12 +85,23 @@ def sweep(
     with wrong_usage("--dask" if dask else "--workers"):
         engine = engine_for(workers, dask)
     target.parent.mkdir(parents=True, exist_ok=True)
+    _build_missing(planned.system_path)
     counts = _run(planned, target, engine, retry_failed)
     failed, total = counts.get("failed", 0), sum(counts.values())
     _print_results(target)
     out.print(f"{counts.get('done', 0)} of {total} runs done, in {shown(target)}")
     if failed:
         raise typer.Exit(1)
+
+
+def _build_missing(system: Path) -> None:
+    """Build the archive of a study whose system is there as a folder only, as `shaper-fmu build` does, for this machine."""
+    from shaper_fmu.ssp.archive import pack_ssp
+    from shaper_fmu.ssp.names import DESCRIPTION
+
+    folder = system.with_suffix("")
+    if system.suffix == ".ssp" and not system.exists() and (folder / DESCRIPTION).is_file():
+        wrote(pack_ssp(folder, "fmus", system.resolve(), ["this"], build=True), " for this machine, from its folder", "built")
 
 
 def _run(planned: Study, target: Path, engine: Engine, retry_failed: bool) -> dict[str, int]:
@@ -146,6 +163,7 @@ def report_store(
     output: Annotated[
         Path, typer.Option(help="Page to write (.html); the pictures are written beside it.", callback=output_file(*PAGE))
     ] = Path("report.html"),
+    force: Force = False,
 ) -> None:
     """Write the report of a sweep: one self-contained page, and a picture of each figure.
 
@@ -154,7 +172,10 @@ def report_store(
         shaper-fmu report rope.sqlite --output rope.html
     """
     from shaper_fmu.report.sweep.report import write_sweep_report
+    from shaper_fmu.sweep.store import Store
 
+    with Store(store) as opened:
+        check_kept(output, opened.study().name, force, "--output")
     with progress("writing the report", err) as update:
         written = write_sweep_report(store, output, update)
     for path in written:

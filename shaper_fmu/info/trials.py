@@ -7,7 +7,7 @@ loaded: whether it runs well shows only when it runs.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from urllib.parse import quote
 from xml.sax.saxutils import quoteattr
 
@@ -17,6 +17,7 @@ from shaper_fmu.errors import ModelError, ShaperFmuError
 from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.system import System
 from shaper_fmu.master.variables import kind_of
+from shaper_fmu.registry import components
 from shaper_fmu.ssp.archive import fmu_origin, folder_files, lacking_fmus, load_ssp
 from shaper_fmu.ssp.check import file_findings
 from shaper_fmu.ssp.names import DESCRIPTION, FMU_TYPE, PREFIXES
@@ -80,6 +81,8 @@ def system_run(path: Path, variant: str | None, stops: Sequence[str]) -> tuple[l
     timed = [True]
 
     def attempt() -> list[str]:
+        if path.is_dir() and lacking_fmus(path, folder_files(path)):
+            return _not_there(path)  # `run` builds them first, which is too much work to look
         loaded = load_ssp(path, variant)
         problems = [*stops, *loaded.system.check()]
         timed[0] = bool(problems) or None not in (loaded.structure.stop_time, loaded.structure.step_size)
@@ -135,6 +138,16 @@ def system_as_plant(path: Path, stops: Sequence[str]) -> tuple[list[str], str]:
         return problems or list(stops)
 
     return _reasons(attempt), found[0]
+
+
+def _not_there(folder: Path) -> list[str]:
+    """The FMUs that a folder lacks, and that are neither in ./fmus nor components of ours."""
+    own, known = own_fmus(folder), components()
+    return [
+        f"component {component!r} needs {PurePosixPath(source).name}, which is not there"
+        for source, component in lacking_fmus(folder, folder_files(folder)).items()
+        if fmu_origin(source, Path("fmus"), own) is None and PurePosixPath(source).stem not in known
+    ]
 
 
 def folder_build(folder: Path, fmus: Path) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
@@ -10,6 +11,7 @@ from shaper_fmu.archives import read_archive, read_file, write_archive
 from shaper_fmu.component import Component as OwnComponent
 from shaper_fmu.errors import ArchiveError, BuildError, ModelError, NotInArchiveError, nearest
 from shaper_fmu.export.build import fmu_path
+from shaper_fmu.registry import components
 from shaper_fmu.ssp.document import Component, SystemDescription
 from shaper_fmu.ssp.files import Files, path_of
 from shaper_fmu.ssp.findings import Findings, Weight
@@ -24,11 +26,16 @@ _SHOWN = 3
 
 
 def load_ssp(path: Path | str, variant: str | None = None) -> SspSystem:
-    """Read an .ssp file: its SystemStructure.ssd, or the variant of this name.
+    """Read an .ssp file: its SystemStructure.ssd, or the variant of this name; or a system's folder, from which one is built.
 
+    FMUs that a folder lacks are taken from ./fmus, or built for this machine, where they are components of ours.
     Raises ArchiveError, or ModelError with every finding that stops it, by file and line.
     """
     path = Path(path)
+    if path.is_dir():
+        with tempfile.TemporaryDirectory(prefix="shaper-fmu-system-") as place:
+            target = Path(place) / archive_of(path).name
+            return load_ssp(pack_ssp(path, "fmus", target, ["this"], build=True), variant)
     content = read_file(path)
     archive = read_archive(content, path.name)
     name = description_name(archive, variant)
@@ -97,18 +104,21 @@ def _renamed(instances: Mapping[str, str]) -> list[str]:
     return [f"component {path!r} is called {name} here" for path, name in instances.items() if path != name]
 
 
-def pack_ssp(folder: Path | str, fmus: Path | str, target: Path | str | None = None, platforms: Sequence[str] = ()) -> Path:
+def pack_ssp(
+    folder: Path | str, fmus: Path | str, target: Path | str | None = None, platforms: Sequence[str] = (), build: bool = False
+) -> Path:
     """Write `folder`.ssp (or `target`) from a folder with SystemStructure.ssd, its variants, resources and parameter_sets.
 
     An FMU that the system names and the folder lacks is built if the folder's fmus.toml describes it (see own_fmus.py), for
-    these platforms (default: all), and else taken from `fmus` by its file name. Raises BuildError or ArchiveError; then no
+    these platforms (default: all), and else taken from `fmus` by its file name; with `build`, a component of ours that is not
+    there is built. Raises BuildError or ArchiveError; then no
     file is written or changed.
     """
     folder, fmus = Path(folder), Path(fmus)
     files = folder_files(folder)
     own = own_fmus(folder)
     for source, component in lacking_fmus(folder, files).items():
-        origin = fmu_origin(source, fmus, own)
+        origin = fmu_origin(source, fmus, own) or (components().get(PurePosixPath(source).stem) if build else None)
         if origin is None:
             raise BuildError(
                 f"{folder}: component {component!r} needs {_in(fmus, source)}, which is not there; run 'shaper-fmu build' first"
