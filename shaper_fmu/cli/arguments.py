@@ -78,7 +78,7 @@ def input_system(*endings: str) -> Callback:
         if not os.path.isdir(path):
             return input_file(*endings)(path)
         if not os.path.isfile(path / DESCRIPTION):
-            raise typer.BadParameter(f"{path}: no {DESCRIPTION} in this folder")
+            raise typer.BadParameter(f"{path}: not a file but a folder: no {DESCRIPTION} in this folder")
         return path
 
     return callback

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,7 +26,9 @@ _MOST_REASONS = 10
 
 def _study_file(path: Path) -> Path:
     """A callback for studies: a file, or the one of a folder."""
-    return input_file(".toml")(path / "study.toml" if path.is_dir() else path)
+    if os.path.isdir(path) and not os.path.isfile(path / "study.toml"):
+        raise typer.BadParameter(f"{path}: not a file but a folder: no study.toml in this folder")
+    return input_file(".toml")(path / "study.toml" if os.path.isdir(path) else path)
 
 
 def sweep(
