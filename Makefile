@@ -12,7 +12,7 @@ PIP = `$(BIN)/python -m pip --version >/dev/null 2>&1 && echo $(BIN)/python -m p
 help:  ## Show the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
-# what is installed for a target: the demo needs less than the tests, and these less than ruff and pyright
+# what is installed for a target: the demo needs less than the tests, and these less than ruff and pyright, which `make test-rest` runs, too
 EXTRAS_demo := native,report
 EXTRAS_test := $(EXTRAS_demo),xarray,parquet,dask,interop,test
 EXTRAS_dev := $(EXTRAS_test),dev
@@ -36,7 +36,7 @@ demo: $(VENV)/ready-demo  ## Build the FMUs, run and sweep the crane, write the 
 test: $(VENV)/ready-test  ## Run the tests: every contract, on representatives
 	$(BIN)/python -m pytest -n auto -m 'not thorough'
 
-test-rest: $(VENV)/ready-test  ## Run the tests that make test leaves out
+test-rest: $(VENV)/ready-dev  ## Run the tests that make test leaves out
 	$(BIN)/python -m pytest -n auto -m thorough
 
 test-all: test test-rest  ## Run all tests: every component, version and platform, sanitizers, other masters, papers

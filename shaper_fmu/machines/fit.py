@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -83,5 +84,5 @@ def _best(firmware: Firmware, shaper: str, span: tuple[float, float], zeta: floa
 
 def _refined(excess: Callable[[float], float], grid: np.ndarray, i: int) -> float:
     around = float(grid[max(i - 1, 0)]), float(grid[min(i + 1, len(grid) - 1)])
-    found = minimize_scalar(excess, bounds=around, method="bounded", options={"xatol": 1e-7 * around[1]})
+    found: Any = minimize_scalar(excess, bounds=around, method="bounded", options={"xatol": 1e-7 * around[1]})
     return float(found.x) if found.fun <= excess(float(grid[i])) else float(grid[i])

@@ -102,7 +102,7 @@ def test_zvd_tolerates_a_wrong_length_while_hoisting():
 
 @pytest.mark.parametrize(("delay", "median", "worst"), [(0.0, 0.006, 0.02), (0.05, 0.012, 0.04)])
 def test_what_a_noisy_and_late_length_leaves(delay, median, worst):
-    """1 % of noise at each of the steps of 10 ms, held, and 50 ms of delay, over 50 random hoists (docs/shapers.md)."""
+    """1 % of noise at each of the steps of 10 ms, held, and 50 ms of delay, over 50 random hoists (docs/hoisting.md)."""
     rng, left = np.random.default_rng(8), []
     for _ in range(50):
         (a, b), begin = rng.uniform(3.0, 12.0, 2), rng.uniform(0.0, 6.0)

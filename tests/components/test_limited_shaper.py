@@ -22,7 +22,7 @@ from shaper_fmu.limited_motion import quickest
 from shaper_fmu.master.system import System
 
 W, ZETA = 5.0, 0.03
-LIMITS = {"max_velocity": 1.0, "max_acceleration": 3.0}
+LIMITS: dict[str, Any] = {"max_velocity": 1.0, "max_acceleration": 3.0}
 COMMANDS = [(0.0, 0.0), (0.123, 1.0), (0.6, -0.4), (0.9, 0.35), (1.4, 0.5)]
 
 
@@ -187,7 +187,7 @@ def left_by_a_saturated_command() -> float:
 
 
 def test_a_shaped_command_that_is_limited_afterwards_vibrates_and_this_one_does_not():
-    """One metre at 1 m/s and 3 m/s2, a mode of 5 rad/s; docs/shapers.md has the numbers."""
+    """One metre at 1 m/s and 3 m/s2, a mode of 5 rad/s; docs/drive_limits.md has the numbers."""
     left = left_by_a_saturated_command()
     print(f"saturated: {100 * left:.2f} % of a step's swing")
     assert left > 0.05

@@ -36,7 +36,7 @@ def test_without_damping_a_zv_shaper_uses_the_force_twice():
     assert found.settling_time == pytest.approx(math.acos(-0.96) * SCALE / math.sqrt(2), rel=1e-4)
 
 
-# over the scale sqrt(m L/F): with the force limit, 2 % tolerance, 5 % overshoot; docs/shapers.md has these numbers
+# over the scale sqrt(m L/F): with the force limit, 2 % tolerance, 5 % overshoot; docs/drive_limits.md has these numbers
 TIMES = {None: (3.61, 3.94, 2.02), RANGE: (4.98, 5.16, 3.51)}
 
 

@@ -298,8 +298,8 @@ def test_a_long_ramp_begins_with_one():
 
 @pytest.mark.parametrize("criterion", ["time", "braking", "travel"])
 def test_the_page_tells_times_and_travels_of_stops(criterion):
-    """The rows of the table in docs/commands.md, to the digits that it prints."""
-    page = (Path(__file__).parents[2] / "docs" / "commands.md").read_text(encoding="utf-8")
+    """The rows of the table in docs/stops.md, to the digits that it prints."""
+    page = (Path(__file__).parents[2] / "docs" / "stops.md").read_text(encoding="utf-8")
     (row,) = re.findall(rf"^\|[^|]*`{criterion}`[^|]*\|(.* s, .* m .*)\|$", page, re.MULTILINE)
     found = []
     for speed, angle in [(1.0, 0.0), (0.3, 0.0), (1.0, 3.0), (1.0, -3.0)]:

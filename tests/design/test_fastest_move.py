@@ -7,6 +7,7 @@ import io
 import json
 import math
 import random
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from shaper_fmu.design.profiles import profile
 from shaper_fmu.design.shapers import shaper
 from shaper_fmu.errors import ArgumentError
 
-LIMITS = {"max_velocity": 1.0, "max_acceleration": 3.0}
+LIMITS: dict[str, Any] = {"max_velocity": 1.0, "max_acceleration": 3.0}
 NOMINAL = Band(5.0, 5.0, 0.001)
 
 TABLE = [  # durations [s] by linear programmes of 400 cells of constant acceleration and bisection, made apart from this package

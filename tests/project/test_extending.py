@@ -263,7 +263,7 @@ def test_the_command_line_knows_them(folder, words, expected):
     assert expected in " ".join((done.stdout + done.stderr).split()), done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("name", ["shapers.md", "commands.md", "sweeps.md", "python.md"])
+@pytest.mark.parametrize("name", ["shapers.md", "smooth_shapers.md", "commands.md", "pulse_trains.md", "sweeps.md", "python.md"])
 def test_the_tables_of_the_docs_are_those_of_the_records(name):
     """After a change: python -m shaper_fmu.design.method_tables docs/*.md"""
     page = (Path(__file__).parents[2] / "docs" / name).read_text()

@@ -128,10 +128,10 @@ def _swing(values: dict[str, float], mass: float, jumps: np.ndarray, delays: Seq
 
         return rate
 
-    x, force, ends = np.zeros(2), 0.0, [*delays[1:], delays[-1] + 1.5 * period]
+    x, force, position, ends = np.zeros(2), 0.0, np.zeros(1), [*delays[1:], delays[-1] + 1.5 * period]
     for jump, begin, end in zip(jumps, delays, ends, strict=True):
         force += float(jump)
         times = np.linspace(begin, end, 600)
         found = solve_ivp(rates(force), (begin, end), x, t_eval=times, method="LSODA", rtol=1e-8, atol=1e-12)
-        x = found.y[:, -1]
-    return 0.5 * float(np.ptp(found.y[0]))
+        x, position = found.y[:, -1], found.y[0]
+    return 0.5 * float(np.ptp(position))

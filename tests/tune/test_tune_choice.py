@@ -53,7 +53,7 @@ def test_the_recommendation_is_never_dominated(seed: int):
         assert best.delay <= requirements.longest_delay * (1.0 + 1e-9)
         assert best in choice.front
         duration = best.sequence.delays[-1]
-        saving = requirements.least_saving  # docs/tuning.md: less than that, and a shaper of a kind is preferred to a custom one
+        saving = requirements.least_saving  # docs/choice.md: less than that, and a shaper of a kind is preferred to a custom one
         equals = alike if best.design.by_kind else seen
         assert not [t for t, _ in fitting if t < duration * (1.0 - 1e-9) and ((t, _) in equals or t < duration * (1.0 - saving))]
         assert not [t for t, v in equals if t < duration * (1.0 - 1e-9) and v < best.worst_case - seen_less]

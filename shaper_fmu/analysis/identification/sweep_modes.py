@@ -65,9 +65,12 @@ class Spectrum:
     """
 
     def __init__(self, response: FreeResponse, law: SweepLaw):
-        self.law = law
+        self.law: SweepLaw = law
+        self.frequency: np.ndarray
+        self.values: np.ndarray
+        self.weight: np.ndarray
         self.frequency, self.values, self.weight, self._phase = _divided(response, law)
-        self.scale = np.maximum(np.sqrt(np.mean(np.abs(self.values) ** 2, axis=1)), 1e-300)
+        self.scale: np.ndarray = np.maximum(np.sqrt(np.mean(np.abs(self.values) ** 2, axis=1)), 1e-300)
         self._s = 2j * math.pi * self.frequency
 
     def found(self, begun: Fit | None = None, most: int = MOST_MODES) -> Fit:

