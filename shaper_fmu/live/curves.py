@@ -34,7 +34,7 @@ _NODES = tuple(map(float, _found[0]))
 _WEIGHTS = tuple(map(float, _found[1]))
 _PANEL = 2.0  # radians of the mode in a panel of the quadrature: exact to rounding
 
-CURVE: dict[str, Parameter[Any]] = {
+CURVE: dict[str, Any] = {
     "asked": Parameter(False, "", "whether a step computes the curve"),
     "lowest": Parameter(1.0, "rad/s", "first frequency of the curve", min=0.0, exclusive=True),
     "highest": Parameter(20.0, "rad/s", "last frequency of the curve", min=0.0, exclusive=True),
