@@ -47,7 +47,7 @@ MISTAKES = {  # what is typed: what the message says
     "tune MassSpringDamper.fmu --input forc --output position": "no input 'forc'. Did you mean 'force'?",
     "tune MassSpringDamper.fmu --input force --output postion": "no variable 'postion'. Did you mean 'position'?",
     "tune MassSpringDamper.fmu --input position --output force": "(it is of causality output). Known: force",
-    f"{PLANT} --vary mas=10%": "no parameter 'mas'. Did you mean 'mass'?",
+    f"{PLANT} --vary mas=10%": "no parameter or input 'mas'. Did you mean 'mass'?",
     f"{PLANT} --vary mass": "'mass' is not of the form mass=10%",
     f"{PLANT} --vary mass=10": "10 would be 1000 %: did you mean 10%? If not, write 1000%",
     f"{PLANT} --vary mass=ten": "'ten' is not a share; write 5% or 0.05",
