@@ -12,7 +12,7 @@ import typer
 from shaper_fmu.cli.arguments import finite, input_file, number, output_folder, pairs, positive, wrong_usage
 from shaper_fmu.cli.ends import end_message
 from shaper_fmu.cli.paths import shown
-from shaper_fmu.cli.tune_results import print_result, setting_for, write_results, write_settings
+from shaper_fmu.cli.tune_results import print_result, write_for, write_results
 from shaper_fmu.console import err, out
 from shaper_fmu.machines.names import Machine
 from shaper_fmu.profiles.limits import NO_LIMIT
@@ -229,10 +229,8 @@ def tune(
         print_result(one)
         into = write_results(one, target / along if several else target, report, _say)
     for machine in machines or []:
-        made = {along: setting_for(machine, one, along if several else axis or along or "x", cycle) for along, one in found.items()}
-        known = {along: one for along, one in made.items() if one is not None}
-        good += [one.holds for one in known.values()]
-        write_settings(found, known, target if several else into)
+        axes = {along: along if several else axis or along or "x" for along in found}
+        good.append(write_for(machine, found, axes, cycle, target if several else into))
     stopped = next((one.system.meter.stopped for one in found.values() if one.system is not None), None)
     if stopped is not None:
         message, code = end_message(stopped)

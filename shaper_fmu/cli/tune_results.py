@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from shaper_fmu.cli.paths import shown, wrote
 from shaper_fmu.console import err, out, show
+from shaper_fmu.errors import ArgumentError
 from shaper_fmu.machines.names import Machine
 
 if TYPE_CHECKING:
@@ -53,7 +54,22 @@ def write_results(found: Tuning, wanted: Path, report: bool, say: Callable[[str]
     return target
 
 
-def setting_for(machine: Machine, found: Tuning, axis: str, cycle: float) -> MachineSettings | None:
+def write_for(machine: Machine, found: Mapping[str, Tuning], axes: Mapping[str, str], cycle: float, folder: Path) -> bool:
+    """Write the settings of a machine, of all axes in common files, and say what they leave; whether they are what was asked for.
+
+    A machine that cannot have them is told in a line, and the next one is written.
+    """
+    try:
+        made = {along: _setting(machine, one, axes[along], cycle) for along, one in found.items()}
+        known = {along: one for along, one in made.items() if one is not None}
+        _write_settings(found, known, folder)
+    except ArgumentError as error:
+        err.print(f"{machine}: {error}")
+        return False
+    return all(one.holds for one in known.values())
+
+
+def _setting(machine: Machine, found: Tuning, axis: str, cycle: float) -> MachineSettings | None:
     """The shaper for a machine, after saying what it leaves there; None, with the reason told, if there is no shaper.
 
     Raises ArgumentError if the machine cannot have it.
@@ -68,7 +84,7 @@ def setting_for(machine: Machine, found: Tuning, axis: str, cycle: float) -> Mac
     return settings
 
 
-def write_settings(found: Mapping[str, Tuning], settings: Mapping[str, MachineSettings], folder: Path) -> None:
+def _write_settings(found: Mapping[str, Tuning], settings: Mapping[str, MachineSettings], folder: Path) -> None:
     """Write the settings of one machine, of one axis or of several in common files."""
     from shaper_fmu.machines.axes import write_axes
 

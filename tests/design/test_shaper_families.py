@@ -210,7 +210,7 @@ def test_multi_hump_times_are_not_scaled_by_the_damped_period():
         (("zv", -1.0), "natural_frequency = -1.0 is outside its domain > 0"),
         (("zv", 1.0, 1.0), "damping_ratio = 1.0 is outside its domain 0 <= zeta < 1"),
         (("zv", [1.0, 2.0, 3.0], [0.1, 0.2]), "2 damping ratios for 3 natural frequencies"),
-        (("zv", "fast"), "natural_frequency = 'fast': give a number"),
+        (("zv", "fast"), "natural_frequency = 'fast': a text where a number is needed"),
         (("zv", []), "give a number, or one for each mode"),
         (("three_hump_ei", 1.0, 0.6), "no three_hump_ei shaper was found for the damping ratio 0.6, only up to 0.27"),
     ],

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from shaper_fmu import Residual, Store, System, Vary, sweep_system
 from shaper_fmu.cli.main import app
-from shaper_fmu.errors import ModelError, StudyError
+from shaper_fmu.errors import ArgumentError, ModelError, StudyError
 from shaper_fmu.sweep.engine import load_stored_system
 
 W = 2.0 * math.pi
@@ -113,5 +113,5 @@ def test_wrong_names_are_told_as_in_a_study(fmus, tmp_path):
     wrong = {**SWEEP, "vary": {"plant.stifness": Vary(values=[1.0])}}
     with pytest.raises(ModelError, match="Did you mean 'stiffness'"):
         sweep_system(built(fmus), tmp_path / "s.sqlite", **wrong)
-    with pytest.raises(TypeError, match="refrence"):
+    with pytest.raises(ArgumentError, match=r"no option 'refrence'. Did you mean 'reference'"):
         sweep_system(built(fmus), tmp_path / "s.sqlite", **SWEEP, refrence="none")

@@ -37,6 +37,8 @@ _AT_REST = 0.1
 """Share of the tolerance that motion without a step may have of the unshaped residual."""
 STAYS = 1e-3
 """Share of the tolerance by which halving the step may change a share."""
+_TOLD = 0.02
+"""Change of the unshaped residual by halving the step that is borne: it matters little to a small share, but it is told, too."""
 _MOST_PER_PERIOD = 20480
 _FIRST_ORDER = 0.4, 0.6
 """Change by halving the step, over the change before, of a solver of the first order: what remains is as much again."""
@@ -273,10 +275,10 @@ class ShapedRuns:
     def refine(self, found: Measured) -> float:
         """Halve the step until the residuals at the nominal point stay; by how much halving the step has changed the shares.
 
-        The step is the longer one of the two, if neither residual of any output has changed by more than matters to the share: that
-        a share stays by chance is not enough. A solver of the first order (Euler's method) ends sooner, with an uncertainty. Where
-        shorter steps are no better, since solvers of FMUs err with each, the step that has changed least is taken. In noise it is
-        halved until noise hides little.
+        The step is the longer one of the two, if neither residual of any output has changed by more than matters to the share, and
+        the unshaped one by 2 % at most: that a share stays by chance is not enough. A solver of the first order (Euler's method)
+        ends sooner, with an uncertainty. Where shorter steps are no better, since solvers of FMUs err with each, the step that has
+        changed least is taken. In noise it is halved until noise hides little.
         """
         if self._noise.any():
             for _ in range(_MOST_IN_NOISE):
@@ -293,7 +295,7 @@ class ShapedRuns:
             change = max(abs(a - b) for a, b in zip(coarse.shares, found.shares, strict=True))
             rises = rises + 1 if changes and change >= changes[-1][0] else 0
             changes.append((change, self.step))
-            if _moved(coarse, found) <= limit:
+            if _moved(coarse, found) <= limit and _unshaped_moved(coarse, found) <= _TOLD:
                 self.step *= 2.0
                 return change
             if len(changes) > 2 and change <= _NEAR * limit and _is_first_order([one[0] for one in changes[-3:]]):
@@ -330,6 +332,12 @@ class ShapedRuns:
 def _is_first_order(changes: Sequence[float]) -> bool:
     low, high = _FIRST_ORDER
     return all(low * a <= b <= high * a for a, b in itertools.pairwise(changes))
+
+
+def _unshaped_moved(coarse: Measured, fine: Measured) -> float:
+    """The largest relative change of an output's residual after the unshaped command."""
+    pairs = [(a, b) for a, b in zip(coarse.before, fine.before, strict=True) if b > _QUIET * max(fine.before)]
+    return max((abs(b - a) / b for a, b in pairs), default=0.0)
 
 
 def _moved(coarse: Measured, fine: Measured) -> float:
