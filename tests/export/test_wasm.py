@@ -23,6 +23,7 @@ SEARCHED = {"ShapedStop": 1e-7}
 
 
 @needs_node
+@pytest.mark.representatives(name=["InputShaper", "MassSpringDamper"])
 @pytest.mark.parametrize("name", components())
 def test_node_computes_what_plain_python_does(name):
     """Every item of every enumeration, and random values, inputs and steps; what one refuses the other refuses."""
