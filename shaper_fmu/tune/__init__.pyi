@@ -14,6 +14,8 @@ from shaper_fmu.tune.identify.measured_result import MeasuredIdentification as M
 from shaper_fmu.tune.identify.range import PlantModes as PlantModes
 from shaper_fmu.tune.identify.range import identify_plant as identify_plant
 from shaper_fmu.tune.identify.range import operating_points as operating_points
+from shaper_fmu.tune.meter import Budget as Budget
+from shaper_fmu.tune.meter import BudgetError as BudgetError
 from shaper_fmu.tune.tuning import Tuning as Tuning
 from shaper_fmu.tune.tuning import requirements_for as requirements_for
 from shaper_fmu.tune.tuning_measured import tune_axes as tune_axes
