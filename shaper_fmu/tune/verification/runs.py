@@ -174,10 +174,12 @@ class ShapedRuns:
             if not self.separates:
                 self._known[(self.step,)] = found
             return
+        coarse = self.step
+        self.step = min(self.step, self._finest * _MOST_PER_PERIOD / _PER_PERIOD_IN_NOISE)  # a level takes many looks
         begin, record = self._record("rest", {}, self._long)
         self._noise = noise_of(record[begin:])
-        if self._noise.any():
-            self.step = min(self.step, self._finest * _MOST_PER_PERIOD / _PER_PERIOD_IN_NOISE)
+        if not self._noise.any():
+            self.step = coarse
         moving = (np.array(found.rest) > limit) & (self._noise == 0.0)
         self._subtracted = bool(moving.any()) and self._superposes()
 
