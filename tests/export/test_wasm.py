@@ -18,8 +18,8 @@ from shaper_fmu.registry import components, load_components
 
 ROUNDING = 1e-9
 """The mathematics library is another one (musl's), whose last digits differ, and are amplified where a design is solved."""
-SEARCHED = {"ShapedStop": 1e-7}
-"""Its rest time is found by a search that ends at a tolerance."""
+LOOSER = {"ShapedStop": 1e-7, "HydraulicPendulum": 1e-7}
+"""Its rest time is found by a search that ends at a tolerance; its pressures' rates are differences of flows that nearly cancel."""
 
 
 @needs_node
@@ -32,7 +32,7 @@ def test_node_computes_what_plain_python_does(name):
     assert found["wrong"] == []
     assert found["imports"] == 0
     assert found["compared"] > 100
-    assert found["worst"] < SEARCHED.get(name, ROUNDING), found["where"]
+    assert found["worst"] < LOOSER.get(name, ROUNDING), found["where"]
 
 
 @needs_chromium

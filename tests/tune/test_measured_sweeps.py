@@ -119,27 +119,3 @@ def test_recordings_of_one_axis_are_taken_together():
     low, high = found["x"].choice.boxes[0].frequencies
     assert low < 0.9 * 2.0 * math.pi * 40.0 * 1.001
     assert high > 1.1 * 2.0 * math.pi * 44.0 * 0.999
-
-
-@pytest.mark.thorough
-def test_random_printers():
-    """Modes of 0.01 to 0.1 damping at 15 to 110 Hz, up to three, noise of 10 to 200 mm/s^2: none that is called good leaves more than
-    the tolerance on the true modes (V of Singer and Seering 1990)."""
-    rng = np.random.default_rng(5)
-    good = right = 0
-    count = 20
-    for trial in range(count):
-        n = int(rng.integers(1, 4))
-        places = np.sort(rng.uniform(15.0, 110.0, n))
-        modes = [(float(f), float(10.0 ** rng.uniform(-2.0, -1.0)), float(rng.uniform(0.1, 0.9) / n)) for f in places]
-        t, x = record_of(modes, seed=trial, noise=10.0 ** rng.uniform(1.0, 2.3), sampling=1000.0)
-        found = tune_measured(Table({"time": t, "accel_x": x}))
-        if not found.good or found.choice is None or found.choice.recommended is None:
-            print(modes, found.verdict, found.summary)
-            continue
-        good += 1
-        sequence = found.choice.recommended.sequence
-        left = sum(g * sequence.residual_vibration(2.0 * math.pi * f, zeta) for f, zeta, g in modes) / sum(g for *_, g in modes)
-        right += left <= 0.05
-    print(f"printers: {good} of {count} called good, {right} of them right")
-    assert right == good >= 0.8 * count
