@@ -10,6 +10,7 @@ from rough_fmus import EULER, rough_fmu
 from rough_plants import FAMILIES, Rough, left
 
 from shaper_fmu import tune_plant
+from shaper_fmu.analysis.identification import noise_of
 from shaper_fmu.errors import ModelError, SimulationError
 from shaper_fmu.tune import experiment, requirements_for
 from shaper_fmu.tune.identify.response import Experiment
@@ -18,8 +19,8 @@ from shaper_fmu.tune.tuning import Tuning
 from shaper_fmu.tune.verification.swing import SlowPart, swing_of
 
 MORE = pytest.mark.thorough
-LEAST_TUNED = {"lag": 0.95, "noise": 0.6, "euler": 0.4, "nonlinear": 0.0}
-"""Of five plants of a family, as it is: weak noise, and Euler plants that all but hold still in growing, end without a shaper."""
+LEAST_TUNED = {"lag": 0.95, "noise": 0.95, "euler": 1.0, "nonlinear": 0.0}
+"""Of five plants of a family."""
 W, ZETA = 100.0, 0.05
 """Euler's method x + h A x is stable for h < 2 zeta / w = 1 ms: |1 + h p|^2 = 1 - 2 zeta w h + (w h)^2."""
 
@@ -34,6 +35,19 @@ def test_a_stable_step_is_found_before_settling():
     found = experiment(plant)
     assert [mode.natural_frequency for mode in found.modes] == pytest.approx([W], rel=1e-4)
     assert [mode.damping_ratio for mode in found.modes] == pytest.approx([ZETA], rel=1e-3)
+
+
+def test_a_swing_that_explodes_is_no_noise():
+    """An Euler plant at w h = 1.24 grows by |1 + h p|^2 = 2.4 a step: a few coarse samples of it are as uncorrelated as noise."""
+    values = {"w": 2.6328, "z": 0.046, "euler": EULER, "q0": 0.0294}
+    exploding = np.cumprod(np.full(101, 1.0 + 0.47 * 2.6328 * complex(-0.046, math.sqrt(1.0 - 0.046**2)))).real
+    assert not noise_of(exploding[:, None]).any()
+    assert not noise_of(exploding[::-1, None]).any()
+    assert noise_of(np.random.default_rng(1).standard_normal((101, 1))).all()
+    plant = Plant(rough_fmu(47.7), "u", ["y"], values)
+    found = experiment(plant)
+    assert plant.longest_step < 2.0 * 0.046 / 2.6328
+    assert [mode.natural_frequency for mode in found.modes] == pytest.approx([2.6328], rel=1e-4)
 
 
 def test_a_plant_that_is_unstable_keeps_its_step():
@@ -112,6 +126,18 @@ def test_noise_is_measured_and_no_vibration(seed):
     worst = max(v_of(found, 10.0 / math.sqrt(mass), 0.01 / math.sqrt(mass)) for mass in (0.95, 1.05))
     assert abs(seen.worst.share - worst) < seen.uncertainty
     assert "it may hide" in found.summary
+
+
+@pytest.mark.parametrize("seed", [0.0, pytest.param(340.0, marks=MORE)])
+def test_weak_noise_is_noise(seed):
+    """0.2 % of what a step excites: at 24 samples of a period it hardly shows, and ever more at shorter steps."""
+    found = tuned({"mass": 0.05}, w=10.0, z=0.01, noise=2e-5, seed=seed)
+    assert found.verdict == "tuned"
+    seen = found.verification
+    assert seen is not None
+    assert seen.noise == (pytest.approx(2e-5, rel=0.1),)
+    worst = max(v_of(found, 10.0 / math.sqrt(mass), 0.01 / math.sqrt(mass)) for mass in (0.95, 1.05))
+    assert abs(seen.worst.share - worst) < seen.uncertainty
 
 
 @MORE

@@ -103,6 +103,13 @@ def _of_residual(found: Fit, data: Data, smallest_share: float) -> list[Finding]
     return findings
 
 
+def is_steady(residual: np.ndarray) -> bool:
+    """Whether both halves of white noise have the same variance (F test)."""
+    half = len(residual) // 2
+    powers = [float(np.mean(part * part)) for part in (residual[:half], residual[half:])]
+    return max(powers) <= float(fisher.isf(_CHANCE, half, half)) * min(powers)
+
+
 def is_bent(residual: np.ndarray) -> bool:
     """Bartlett's test for white noise: the cumulative periodogram is a straight line (Kolmogorov and Smirnov's bounds)."""
     power = np.cumsum(np.abs(np.fft.rfft(residual)[1:]) ** 2)
@@ -114,14 +121,15 @@ def is_bent(residual: np.ndarray) -> bool:
 def noise_of(record: np.ndarray) -> np.ndarray:
     """Standard deviation of the white noise that each output is at rest, shape (m,); 0 where it moves otherwise.
 
-    A straight line is taken away first. White is what passes Bartlett's test, with next to no correlation between neighbours.
+    A straight line is taken away first. White is what passes Bartlett's test, with next to no correlation between neighbours, and
+    as much power in the first half as in the second: a few coarse samples of a swing that grows or decays quickly pass the others.
     """
     found = np.zeros(record.shape[1])
     u = np.linspace(-1.0, 1.0, len(record))
     for j, column in enumerate(record.T):
         rest = column - np.polyval(np.polyfit(u, column, 1), u)
         power = float(rest @ rest)
-        if power > 0.0 and abs(float(rest[1:] @ rest[:-1])) < _WHITE * power and not is_bent(rest):
+        if power > 0.0 and abs(float(rest[1:] @ rest[:-1])) < _WHITE * power and is_steady(rest) and not is_bent(rest):
             found[j] = math.sqrt(power / (len(rest) - 2))
     return found
 

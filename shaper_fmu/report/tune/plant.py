@@ -16,7 +16,7 @@ from shaper_fmu.tune.meter import Effort
 from shaper_fmu.tune.tuning import Tuning
 from shaper_fmu.tune.verification.move import MoveCommand
 from shaper_fmu.tune.verification.responses import Responses
-from shaper_fmu.tune.verification.runs import Measured
+from shaper_fmu.tune.verification.shares import Measured
 from shaper_fmu.tune.verification.verify import Verification
 
 _MOST_POINTS = 20

@@ -13,8 +13,8 @@ from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import Candidate
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
+from shaper_fmu.tune.verification.commanded import STEPS_PER_PERIOD
 from shaper_fmu.tune.verification.move import MoveCommand
-from shaper_fmu.tune.verification.runs import STEPS_PER_PERIOD
 
 _PERIODS = 5.0
 _MOST_POINTS = 20_000

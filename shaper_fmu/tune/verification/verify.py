@@ -27,7 +27,8 @@ from shaper_fmu.tune.meter import BudgetError
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.move import MoveCommand
-from shaper_fmu.tune.verification.runs import STAYS, Measured, ShapedRuns
+from shaper_fmu.tune.verification.runs import STAYS, ShapedRuns
+from shaper_fmu.tune.verification.shares import Measured
 from shaper_fmu.tune.verification.swing import SlowPart
 
 _POINTS = {1: 9, 2: 5}
