@@ -28,8 +28,7 @@ PICTURE = (".png", ".svg")
 STORE = (".sqlite", ".sqlite3", ".db")
 
 _PACKAGES = {
-    **dict.fromkeys(PAGE, (("plotly", "matplotlib"), "report")),
-    **dict.fromkeys(PICTURE, (("matplotlib",), "report")),
+    **dict.fromkeys((*PAGE, *PICTURE), (("matplotlib",), "report")),
     ".parquet": (("pyarrow",), "parquet"),
 }
 """What is needed to write a file, by its ending, and the extra that installs it."""

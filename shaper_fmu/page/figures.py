@@ -1,4 +1,4 @@
-"""Figures as data, drawn the same way in an interactive page (plotly) and as a picture (matplotlib)."""
+"""Figures as data, drawn the same way in a page (chart.js) and as a picture (matplotlib)."""
 
 from __future__ import annotations
 
@@ -48,6 +48,7 @@ class Figure:
         marks: vertical lines: (value, label).
         log_x: whether the horizontal axis is logarithmic.
         right_label: of a second vertical axis, on the right; "" for none.
+        bands: ranges of the horizontal axis that are shaded: (low, high).
     """
 
     key: str
@@ -59,16 +60,18 @@ class Figure:
     marks: list[tuple[float, str]] = field(default_factory=list)
     log_x: bool = False
     right_label: str = ""
+    bands: list[tuple[float, float]] = field(default_factory=list)
 
     def styles(self) -> list[tuple[str, str]]:
         """Colour and dash of each line."""
-        return [(COLOURS[n % len(COLOURS)], DASHES[n % len(DASHES)]) for n in self._numbers()]
+        return [(COLOURS[n % len(COLOURS)], DASHES[n % len(DASHES)]) for n in self.numbers()]
 
     def symbols(self) -> list[str]:
         """Symbol of each line's points: circles, and different ones where no line joins them."""
-        return ["circle" if line.joined else SYMBOLS[n % len(SYMBOLS)] for n, line in zip(self._numbers(), self.lines, strict=True)]
+        return ["circle" if line.joined else SYMBOLS[n % len(SYMBOLS)] for n, line in zip(self.numbers(), self.lines, strict=True)]
 
-    def _numbers(self) -> list[int]:
+    def numbers(self) -> list[int]:
+        """Number of each line's style."""
         return [i if line.style is None else line.style for i, line in enumerate(self.lines)]
 
 

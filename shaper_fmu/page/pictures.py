@@ -55,6 +55,8 @@ def draw(figure: Figure, axes: Any) -> None:
             marker=_SYMBOLS[symbol] if line.markers or not line.joined else "",
             markersize=4 if line.joined else 8 if len(line.x) == 1 else 2.5,
         )  # fmt: skip
+    for low, high in figure.bands:
+        axes.axvspan(low, high, facecolor="#eeeeee", edgecolor="#bbbbbb", hatch="//", linewidth=0.0, zorder=0)
     for value, text in figure.levels:
         axes.axhline(value, color="#555555", linewidth=0.8, linestyle=":")
         axes.annotate(

@@ -244,9 +244,9 @@ def test_a_step_that_is_long_for_the_crane_is_noted(workshop):
 def test_a_missing_package_is_told_before_the_run(workshop, monkeypatch):
     from importlib.util import find_spec
 
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name in ("pyarrow", "plotly") else find_spec(name))
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name in ("pyarrow", "matplotlib") else find_spec(name))
     refused(workshop, [*RUN, "--output", "r.parquet"], "r.parquet", "pip install 'shaper-fmu[parquet]'")
-    refused(workshop, [*RUN, "--report", "r.html"], "need the package plotly: pip install 'shaper-fmu[report]'")
+    refused(workshop, [*RUN, "--report", "r.html"], "need the package matplotlib: pip install 'shaper-fmu[report]'")
 
 
 @pytest.mark.parametrize(

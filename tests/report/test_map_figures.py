@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
-import re
-
 import numpy as np
 import pytest
+from report_pages import figures_of
 from test_cli import Resources
 
 from shaper_fmu.page.blocks import Table, Text, write_report
@@ -20,13 +18,6 @@ def a_map(panels: int = 1, **options) -> Map:
     """Distances from the middle: contour lines are circles."""
     shown = [(f"panel {i}", (i + 1) * DISTANCE) for i in range(panels)]
     return Map("distance", "Distance", "x [m]", "y [m]", "distance [m]", X, Y, shown, [(0.5, "0.5 m"), (1.0, "1 m")], **options)
-
-
-def traces(page: str) -> list[dict]:
-    """The traces of the first figure of a page."""
-    begin = re.search(r'Plotly\.newPlot\(\s*"distance",\s*', page)
-    assert begin
-    return json.JSONDecoder().raw_decode(page, begin.end())[0]
 
 
 @pytest.mark.parametrize(("panels", "grid"), [(1, (1, 1)), (2, (1, 2)), (3, (1, 3)), (4, (2, 2)), (5, (2, 3)), (9, (3, 3))])
@@ -57,17 +48,11 @@ def test_a_page_with_maps_figures_and_words(tmp_path):
     assert (resources.found, resources.tables) == ([], 1)
     assert '<table class="left-aligned">' in page
     assert ">&lt;b&gt;</td>" in page
-    kinds = [trace["type"] for trace in traces(page)]
-    assert kinds == 2 * ["heatmap", "contour", "contour", "scatter"]
-    heat = [np.array(trace["z"]) for trace in traces(page) if trace["type"] == "heatmap"]
-    np.testing.assert_allclose(heat[0], DISTANCE, rtol=1e-4)  # five digits
-    np.testing.assert_allclose(heat[1], 2.0 * DISTANCE, rtol=1e-4)
-
-
-def test_levels_outside_the_values_are_left_out(tmp_path):
-    flat = Map("distance", "", "", "", "", X, Y, [("", np.full_like(DISTANCE, 3.0))], [(5.0, "5")])
-    page = write_report(tmp_path / "page.html", "", [flat])[0].read_text()
-    assert [trace["type"] for trace in traces(page)] == ["heatmap", "scatter"]
+    told = figures_of(page)["distance"]
+    assert [name for name, _ in told["panels"]] == ["panel 0", "panel 1"]
+    np.testing.assert_allclose(told["panels"][0][1], DISTANCE, rtol=6e-4)  # four digits
+    np.testing.assert_allclose(told["panels"][1][1], 2.0 * DISTANCE, rtol=6e-4)
+    assert (told["levels"], told["points"]) == ([[0.5, "0.5 m"], [1, "1 m"]], [[0.5, 0]])
 
 
 def test_the_picture_is_readable_in_grey(tmp_path):

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import shutil
 import sqlite3
-import subprocess
 from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import browser, needs_chromium
 from lxml import etree
+from report_pages import figures_of, undrawn
 from sweep_stores import DAMPED, HEAD, HOSTILE, RANDOM, ROPE, SMALL, packed_crane, query, shares, swept
 
 from shaper_fmu.page.blocks import Text
@@ -94,6 +94,7 @@ def test_pages_are_well_formed_and_load_nothing(pages, name):
     assert page.loaded == []
     assert page.tags.isdisjoint({"img", "b", "iframe", "link", "object"})
     assert len(set(page.identifiers)) == len(page.identifiers)
+    assert len(text.encode()) < 1_000_000
     assert "default-src 'none'" in text  # so a browser would refuse to load anything
     assert "<title>Crane &lt;b&gt;&amp; rope&lt;/b&gt;</title>" in text
 
@@ -101,7 +102,7 @@ def test_pages_are_well_formed_and_load_nothing(pages, name):
 @pytest.mark.parametrize("name", NAMES)
 def test_every_figure_has_a_png_and_an_svg(pages, name):
     page, *pictures = pages[name]
-    figures = re.findall(r"Plotly\.newPlot\(\s*\"([^\"]+)\"", page.read_text())
+    figures = figures_of(page.read_text())
     assert [path.name for path in pictures] == [f"{name}_{key}.{kind}" for key in figures for kind in ("png", "svg")]
     for path in pictures:
         content = path.read_bytes()
@@ -111,37 +112,19 @@ def test_every_figure_has_a_png_and_an_svg(pages, name):
             assert etree.fromstring(content).tag == "{http://www.w3.org/2000/svg}svg"
 
 
-CHROMIUM = next((found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None)
-
-
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium here: the pages were not opened in a browser")
+@needs_chromium
 @pytest.mark.parametrize("name", NAMES)
 def test_a_browser_draws_every_figure_without_complaint(pages, name, tmp_path):
     """Opened by chromium: no message on the console (also none of the page's own policy), all figures drawn, nothing injected."""
     page = pages[name][0]
-    options = [
-        "--headless=new",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--disable-dev-shm-usage",
-        "--enable-logging=stderr",
-        "--dump-dom",
-        "--no-first-run",  # and nothing on its own account: it is here to draw
-        "--disable-background-networking",
-        "--disable-component-update",
-        "--disable-sync",
-        "--disable-quic",
-    ]
-    options += ["--virtual-time-budget=5000", f"--user-data-dir={tmp_path / 'profile'}"]
-    environment = {**os.environ, "HOME": str(tmp_path)}
-    done = subprocess.run([str(CHROMIUM), *options, page.as_uri()], capture_output=True, text=True, timeout=900, env=environment)
-    assert done.returncode == 0, done.stderr
-    assert [line for line in done.stderr.splitlines() if "CONSOLE" in line.upper()] == []
-    drawn = Page()
-    drawn.feed(done.stdout)
-    figures = re.findall(r"Plotly\.newPlot\(\s*\"([^\"]+)\"", page.read_text())
-    assert len(figures) > 4
-    assert done.stdout.count('class="plot-container') == len(figures)
+    assert len(figures_of(page.read_text())) > 4
+    with browser(tmp_path) as chromium:
+        chromium.open(page.as_uri())
+        chromium.until("!document.querySelector('.chart-data:not(.chart + .chart-data)')")
+        assert undrawn(chromium) == []
+        assert (chromium.console, chromium.requests) == ([], [])
+        drawn = Page()
+        drawn.feed(chromium.run("document.documentElement.outerHTML"))
     assert drawn.tags.isdisjoint({"img", "iframe", "b"})
     assert "onerror" not in drawn.attributes
 
