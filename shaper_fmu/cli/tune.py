@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from shaper_fmu.cli.arguments import finite, input_file, number, output_folder, pairs, positive, wrong_usage
+from shaper_fmu.cli.arguments import finite, input_file, not_negative, number, output_folder, pairs, positive, wrong_usage
 from shaper_fmu.cli.ends import end_message
 from shaper_fmu.cli.paths import shown
 from shaper_fmu.cli.tune_results import print_result, write_for, write_results
@@ -97,6 +97,16 @@ def tune(
     settings: Annotated[
         list[str] | None, typer.Option("--set", help="A start value of the plant, such as mass=2; repeatable.")
     ] = None,
+    start: Annotated[
+        list[str] | None,
+        typer.Option("--start", help="A value of one of the plant's variables at the start, such as angle=0; repeatable."),
+    ] = None,
+    settle: Annotated[
+        float,
+        typer.Option(
+            help="Time that the plant needs until it rests, before the experiments and the commands [s].", parser=not_negative
+        ),
+    ] = 0.0,
     amplitude: Annotated[
         float | None,
         typer.Option(
@@ -202,14 +212,14 @@ def tune(
     with wrong_usage():
         requirements = requirements_for(spread, **wanted)
     target: Path = output_folder(folder or Path(f"{plant.stem}_tuned"))
-    start_values = pairs(settings, "--set", "mass=2")
+    start_values, beginning = pairs(settings, "--set", "mass=2"), pairs(start, "--start", "angle=0")
     if plant.suffix.lower() in _TABLES:
         found = _of_table(
             plant,
             input_,
             outputs,
             requirements,
-            [*spread, *start_values],
+            [*spread, *start_values, *beginning],
             excitation_end=excitation_end,
             time_unit=time_unit,
             command=command or None,
@@ -218,8 +228,9 @@ def tune(
     else:
         limits = Budget(steps, budget)
         of_plant = _of_plant(
-            plant, input_, outputs, requirements, spread, start_values, amplitude=amplitude, duration=duration, budget=limits
-        )
+            plant, input_, outputs, requirements, spread, start_values, beginning, amplitude=amplitude, duration=duration,
+            budget=limits, settle=settle,
+        )  # fmt: skip
         found = {"": of_plant}
     several = len(found) > 1
     good, into = [one.good for one in found.values()], target
@@ -252,7 +263,7 @@ def _of_table(
     from shaper_fmu.tune.tuning_measured import tune_axes
 
     if of_plants:
-        raise typer.BadParameter(f"a measured response has no parameter {of_plants[0]!r}", param_hint="--vary or --set")
+        raise typer.BadParameter(f"a measured response has no parameter {of_plants[0]!r}", param_hint="--vary, --set or --start")
     table = read_table(path)
     given = options.get("command")
     columns = ("--input", [input_] if input_ else []), ("--command", [given] if given else []), ("--output", outputs or [])
@@ -270,6 +281,7 @@ def _of_plant(
     requirements: Any,
     spread: dict[str, float],
     start_values: dict[str, str],
+    beginning: dict[str, str],
     **options: Any,
 ) -> Tuning:
     from shaper_fmu.master.fmu import load_fmu
@@ -296,6 +308,8 @@ def _of_plant(
         source, start_values = loaded.system, {}
     with wrong_usage("--input or --output"):
         plant = Plant(source, input_, outputs, start_values)
+    with wrong_usage("--start"):
+        plant = plant.beginning(beginning)
     with wrong_usage("--vary"):
         plant.nominal_values(spread)
     with wrong_usage("--steps or --budget"):

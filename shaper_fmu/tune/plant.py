@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -84,6 +85,16 @@ class Plant:
     ) -> Plant:
         """The source, if it is a plant already, or the plant that it makes with the rest."""
         return source if isinstance(source, Plant) else cls(source, input, outputs, start_values)
+
+    def beginning(self, values: Mapping[str, Any]) -> Plant:
+        """This plant with other values of its variables at the start, by name; itself without any. Raises ModelError for names."""
+        if not values:
+            return self
+        plant = copy.copy(self)
+        plant._system = copied(self._system)
+        for name, value in values.items():
+            plant._system.set(self.full(name), value)
+        return plant
 
     @property
     def name(self) -> str:

@@ -44,6 +44,8 @@ def tune_plant(
     spread: Mapping[str, float] | None = None,
     amplitude: float | None = None,
     start_values: Mapping[str, Any] | None = None,
+    start: Mapping[str, Any] | None = None,
+    settle: float = 0.0,
     say: Say = lambda _: None,
     budget: Budget | None = None,
     hear: Callable[[Part, int, int], None] | None = None,
@@ -59,6 +61,8 @@ def tune_plant(
             identified with the nominal values and in all corners; in the verification all of them vary.
         amplitude: of the command's step in the verification, in the input's unit; by default as in the experiment's first try.
         start_values: of an FMU given alone.
+        start: values with which the plant begins, by name, of a system's variables, too: its states, and inputs that nothing feeds.
+        settle: time that the plant needs from there until it rests, before each experiment and command [s].
         budget: what the experiments may take. The plan is told by `say` beforehand. What does not fit any more is left out:
             then the verdict is `not_verified`. Ctrl-C within a run of the plant ends the budget: what is known is kept.
         hear: called after each run of the plant with the part at work, the steps taken, and those that are expected in all.
@@ -71,6 +75,7 @@ def tune_plant(
     answer, ModelError for wrong names, SimulationError if the plant cannot be run.
     """
     checked_mapping("spread", spread, '{"mass": 0.1} for 10 %')
+    checked_mapping("start", start, '{"angle": 0.1}')
     for name, share in (spread or {}).items():
         checked_number(f"spread of {name}", share)
     if amplitude is not None:
@@ -80,7 +85,8 @@ def tune_plant(
     spread = dict(spread or {})
     requirements = requirements or requirements_for(spread)
     requirements.check_impulses_only()
-    plant = Plant.of(source, input, outputs, start_values)
+    plant = Plant.of(source, input, outputs, start_values).beginning(start or {})
+    options["settle"] = settle
     plant.meter = Meter(budget)
     if requirements.move is not None:
         order_of_input(plant, requirements.move)  # refuses what cannot follow a move

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import math
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import typed
 from rough_fmus import EULER, rough_fmu
 from rough_plants import FAMILIES, Rough, left
 
 from shaper_fmu import tune_plant
 from shaper_fmu.analysis.identification import noise_of
-from shaper_fmu.errors import ModelError, SimulationError
+from shaper_fmu.errors import ArgumentError, ModelError, SimulationError
 from shaper_fmu.tune import experiment, requirements_for
 from shaper_fmu.tune.identify.response import Experiment
 from shaper_fmu.tune.plant import Plant
@@ -48,6 +52,16 @@ def test_a_swing_that_explodes_is_no_noise():
     found = experiment(plant)
     assert plant.longest_step < 2.0 * 0.046 / 2.6328
     assert [mode.natural_frequency for mode in found.modes] == pytest.approx([2.6328], rel=1e-4)
+
+
+@pytest.mark.parametrize("beyond", [1.001, pytest.param(1.05, marks=MORE), pytest.param(1.2, marks=MORE)])
+def test_a_step_that_takes_the_damping_is_no_instability(beyond):
+    """Just above h = 2 zeta / w a swing all but stands still: it grows by 1.0001 to 1.02 a step of the first look."""
+    step = beyond * 2.0 * ZETA / 10.0
+    plant = Plant(rough_fmu(round(101 * step, 6)), "u", ["y"], {"w": 10.0, "z": ZETA, "euler": EULER, "q0": 1e-3})
+    found = experiment(plant)
+    assert not any(found.has(code) for code in ("unstable", "growth", "no_rest"))
+    assert [mode.damping_ratio for mode in found.modes] == pytest.approx([ZETA], rel=1e-3)
 
 
 def test_a_plant_that_is_unstable_keeps_its_step():
@@ -110,6 +124,30 @@ def test_a_nonlinear_plant_that_swings_at_the_start_is_refused():
     found = tuned(w=10.0, z=0.0, q0=0.5, pendulum=1.0)
     assert found.verdict == "not_verified"
     assert "does not rest at 0 s" in found.summary
+    assert "(settle, --settle)" in found.summary
+    assert "(start, --start)" in found.summary
+    plant = rough_fmu(), "u", ["y"]
+    values = {"w": 10.0, "z": 0.0, "q0": 0.5, "pendulum": 1.0}
+    resting = tune_plant(*plant, start_values=values, start={"q0": 0.0}, requirements=requirements_for({}, kinds=("zv", "zvd")))
+    assert resting.verdict == "tuned"
+
+
+def test_a_time_to_settle_and_start_values():
+    """The pendulum's swing at the start has decayed by exp(-12) after 12 s; experiment and commands begin then."""
+    given = "--set", "w=10", "--set", "z=0.1", "--set", "pendulum=1", "--start", "q0=0.5", "--settle", "12", "--kind", "zvd"
+    with tempfile.TemporaryDirectory() as folder:
+        done = typed(
+            "tune", rough_fmu(), "--input", "u", "--output", "y", *given, "--no-report", "--output-folder", "out", cwd=folder
+        )
+        assert done.returncode == 0, done.stderr
+        told = json.loads((Path(folder) / "out" / "tuning.json").read_text(encoding="utf-8"))
+    assert told["operating_points"][0]["settle_time"] == 12.0
+    assert told["command"]["times"] == [12.0]
+    assert told["modes"][0]["natural_frequency"] == pytest.approx(10.0, rel=1e-4)
+    with pytest.raises(ModelError, match="q9"):
+        tune_plant(rough_fmu(), "u", ["y"], start={"q9": 1.0})
+    with pytest.raises(ArgumentError, match="settle = -1 s"):
+        tune_plant(rough_fmu(), "u", ["y"], settle=-1.0)
 
 
 @pytest.mark.parametrize("seed", [0.0, pytest.param(5.0, marks=MORE)])

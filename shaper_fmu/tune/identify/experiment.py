@@ -20,9 +20,10 @@ from shaper_fmu.analysis.identification import (
     identify,
 )
 from shaper_fmu.design.modal_responses import ModalResponse, modal_response
-from shaper_fmu.errors import ShaperFmuError
+from shaper_fmu.errors import ArgumentError, ShaperFmuError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
+from shaper_fmu.slips import checked_number
 from shaper_fmu.tune.identify.excitation import Excitation, ExcitationKind
 from shaper_fmu.tune.identify.linear_comparison import LinearComparison, compare
 from shaper_fmu.tune.identify.linear_modes import AT_REST
@@ -137,6 +138,7 @@ def experiment(
     linear: bool = True,
     restored: bool = True,
     like: PlantIdentification | None = None,
+    settle: float = 0.0,
 ) -> PlantIdentification:
     """Identify the modes from `input` to `outputs` at an operating point, by experiments.
 
@@ -152,11 +154,15 @@ def experiment(
         restored: whether runs begin in the settled states, where the FMUs save and restore them exactly; else all at the start.
         like: an experiment on the same plant at another point, whose samples may do here, too: no survey is made if they show as
             many modes as there.
+        settle: time that the plant needs before the experiment [s]; longer where it does not rest by then.
 
     Raises IdentificationError if the data support no answer, SimulationError if the plant cannot be run, ModelError for names.
     """
     plant = Plant.of(source, input, outputs, start_values)
-    trial = Experiment(plant, dict(point or {}), restored=restored)
+    checked_number("settle", settle)
+    if not 0.0 <= settle < math.inf:
+        raise ArgumentError(f"settle = {settle:g} s: a time of at least 0 is needed, after which the plant rests")
+    trial = Experiment(plant, dict(point or {}), settle_time=settle, restored=restored)
     try:
         guess = duration or (_LONGER * like.step * len(like.time) if like is not None and like.modes else plant.duration_hint)
         first = amplitude if amplitude is not None else plant.first_amplitude(trial.rest)

@@ -10,6 +10,7 @@ import numpy as np
 from shaper_fmu.errors import ArgumentError, ModelError
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import Candidate
+from shaper_fmu.tune.identify.unexcited import BEGIN_AT_REST
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.commanded import CommandedRuns
@@ -118,8 +119,7 @@ class ShapedRuns:
                 raise ArgumentError(
                     f"the plant does not rest at {command.start:g} s, when the {command.name} comes: without it "
                     f"{plant.short(name)} swings by +-{without:.3g} {plant.unit(name)}, {without / before:.2g} of what "
-                    f"the unshaped {command.name} excites; give start values at which it rests, or a settle time after "
-                    "which it does"
+                    f"the unshaped {command.name} excites; {BEGIN_AT_REST}"
                 )
 
     def settled(self) -> Measured:
