@@ -18,19 +18,24 @@ from shaper_fmu.page.interactive import interactive, interactive_map
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph."""
+    """A paragraph; with `folded` it is behind this title until a reader opens it."""
 
     text: str
+    folded: str = ""
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts under a heading; the first column is left-aligned, the others right: all of them left if `left_aligned`."""
+    """A table of texts under a heading; the first column is left-aligned, the others right: all of them left if `left_aligned`.
+
+    With `folded` it is behind its heading until a reader opens it.
+    """
 
     title: str
     head: list[str]
     rows: list[list[str]]
     left_aligned: bool = False
+    folded: bool = False
 
 
 @dataclass(frozen=True)
@@ -94,14 +99,15 @@ def write_report(
 def page_text(title: str, blocks: Sequence[Block]) -> str:
     """The page: one file that loads nothing, the same for the same blocks."""
     kinds = {type(block) for block in blocks}
-    style, scripts = [_static("page.css")], []
+    style, scripts = [_static("page.css")], [_static("folded.js")]
     if kinds & {Figure, Map, Panels}:
         style.insert(0, chart_style())
-        scripts = [chart_script(), *([map_script()] if Map in kinds else []), _static("report.js")]
+        scripts += [chart_script(), *([map_script()] if Map in kinds else []), _static("report.js")]
     return _PAGE.render(
         title=title,
         style=markupsafe.Markup("\n".join(style)),
         script=markupsafe.Markup("\n".join(scripts)),
+        figures=len(scripts) > 1,
         blocks=[(type(block).__name__, block) for block in blocks],
         drawn=lambda block: interactive(block) if isinstance(block, Figure) else interactive_map(block),
     )

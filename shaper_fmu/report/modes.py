@@ -58,11 +58,11 @@ def set_name(one: ModeSet) -> str:
     return "{" + ", ".join(map(str, one.modes)) + "}"
 
 
-def impulses_table(sequence: ImpulseSequence) -> Table:
+def impulses_table(sequence: ImpulseSequence, digits: int = 10) -> Table:
     """The impulses of a shaper."""
     levels = np.cumsum(sequence.amplitudes)
     rows = [
-        [str(i + 1), f"{t:.10g}", f"{a:.10f}", f"{level:.10f}"]
+        [str(i + 1), f"{t:.{digits}g}", f"{a:.{digits}f}", f"{level:.{digits}f}"]
         for i, (t, a, level) in enumerate(zip(sequence.delays, sequence.amplitudes, levels, strict=True))
     ]
     return Table("Impulses", ["impulse", "delay [s]", "amplitude", "level of a step"], rows)

@@ -115,6 +115,10 @@ class Plant:
         """Unit of a variable, "" if it has none."""
         return self._system.unit(self.port(name))
 
+    def display_unit(self, name: str) -> tuple[str, float]:
+        """The unit in which people want to see a variable, and the factor to it from its own."""
+        return self._system.display_unit(self.port(name))
+
     def _given(self, point: Mapping[str, Any]) -> dict[str, Any]:
         return {self.full(name): value for name, value in point.items()}
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,12 +14,13 @@ from report_pages import figures_of
 from spring_with_unit import spring_with_unit
 
 from shaper_fmu import System
-from shaper_fmu.page.blocks import Block, Heading, Table, Text, write_report
-from shaper_fmu.page.figures import Figure, Line
+from shaper_fmu.page.blocks import Block, Heading, Table, Text, page_text, write_report
+from shaper_fmu.page.figures import Figure, Line, Panels
 from shaper_fmu.report.tune.choice import apart
 from shaper_fmu.report.tune.evidence import amplitude_spectrum
 from shaper_fmu.report.tune.modes import percent, with_deviation
-from shaper_fmu.report.tune.report import VERDICTS, tuning_blocks
+from shaper_fmu.report.tune.opening import VERDICTS, decision_text, runner_up
+from shaper_fmu.report.tune.report import short_number, tuning_blocks
 from shaper_fmu.tune.choice.requirements import Move, Requirements
 from shaper_fmu.tune.identify.measured_table import Table as Samples
 from shaper_fmu.tune.meter import without_seconds
@@ -98,14 +100,14 @@ def test_the_page_has_all_sections_and_pictures(spring, tmp_path):
     blocks = tuning_blocks(spring)
     assert headings(blocks) == SECTIONS
     written = write_report(tmp_path / "report.html", "Tuning", blocks)
-    keys = [block.key for block in blocks if isinstance(block, Figure)]
+    keys = [block.key for block in blocks if isinstance(block, Figure | Panels)]
     assert keys == [
-        "spectrum_1", "ring_down_1", "sensitivity_1", "trade_off", "command", "response_nominal_1", "response_worst_1",
+        "decision", "spectrum_1", "ring_down_1", "sensitivity_1", "trade_off", "command", "response_nominal_1", "response_worst_1",
     ]  # fmt: skip
     assert [path.name for path in written] == ["report.html", *(f"report_{key}.png" for key in keys)]
     assert all(path.read_bytes().startswith(b"\x89PNG\r\n\x1a\n") for path in written[1:])
     page = written[0].read_text(encoding="utf-8")
-    assert list(figures_of(page)) == keys
+    assert list(figures_of(page)) == ["decision_response", "decision_sensitivity", *keys[1:]]
     assert len(page.encode()) < 1_000_000
     assert VERDICTS["tuned"] in page
     assert spring.summary[1:] in page
@@ -115,7 +117,7 @@ def test_numbers_of_the_page_are_those_of_the_tuning(spring):
     blocks, best, seen = tuning_blocks(spring), spring.choice.recommended, spring.verification
     shaper = dict(table(blocks, "The shaper").rows)
     assert shaper["shaper"] == best.name
-    assert float(shaper["delay"].removesuffix(" s")) == pytest.approx(best.delay, rel=1e-5)
+    assert float(shaper["delay"].removesuffix(" s")) == pytest.approx(best.delay, rel=5e-4)
     assert shaper["worst case, proven over the ranges"].startswith(percent(best.worst_case))
     assert shaper["nominally, proven"] == percent(best.nominal)
     assert shaper["on the plant, nominal"] == percent(seen.nominal.share)
@@ -125,23 +127,73 @@ def test_numbers_of_the_page_are_those_of_the_tuning(spring):
     # w = sqrt(100 / 1), zeta = 1 / (2 sqrt(100)): the FMU's own start values
     (mode,) = table(blocks, "Modes").rows
     assert mode[1].startswith("10 ±")
-    assert float(mode[2]) == pytest.approx(10.0 / (2.0 * math.pi), rel=1e-5)
+    assert float(mode[2]) == pytest.approx(10.0 / (2.0 * math.pi), rel=5e-4)
     assert mode[3].startswith("0.05 ±")
-    assert mode[4] == f"{math.sqrt(100 / 1.1):.4g} to {math.sqrt(100 / 0.9):.4g} rad/s, 0.0477 to 0.0527"
+    low, high = math.sqrt(100 / 1.1), math.sqrt(100 / 0.9)
+    hertz = f"{low / (2.0 * math.pi):.4g} to {high / (2.0 * math.pi):.4g} Hz"
+    assert mode[4] == f"{low:.4g} to {high:.4g} rad/s ({hertz}), 0.0477 to 0.0527"
     assert len(table(blocks, "Operating points").rows) == 3
     assert [row[0] for row in table(blocks, "Shapers on the front").rows] == [
         one.name + (" (recommended)" if one is best else "") for one in spring.choice.front
     ]
     points = table(blocks, "Points simulated").rows
     assert len(points) == len(seen.points)
-    assert (points[0][0], points[0][1]) == (f"{seen.worst.values['mass']:.6g}", percent(seen.worst.share))
+    assert (points[0][0], points[0][1]) == (f"{seen.worst.values['mass']:.4g}", percent(seen.worst.share))
 
 
-def test_start_values_on_the_page_are_complete(spring):
-    """To the last bit."""
+def test_the_page_opens_with_what_decides(spring):
+    """One sentence: shaper, delay, tolerance, before and after in the plant's units, the runner-up; a picture of two panels."""
+    blocks, best, seen = tuning_blocks(spring), spring.choice.recommended, spring.verification
+    assert isinstance(blocks[1], Text)
+    sentence = blocks[1].text
+    assert sentence.startswith(VERDICTS["tuned"])
+    assert (
+        f"{best.name}: {best.delay:.4g} s of delay, at most {percent(best.worst_case)} of the unshaped vibration (tolerance 5 %)"
+        in sentence
+    )
+    before, after = seen.worst.before[0], seen.worst.after[0]
+    assert f"on the plant at worst position ± {before:.4g} m before and ± {after:.4g} m after" in sentence
+    # a lightly damped step of 1 N on 100 N/m: it swings by 0.01 m at most around its rest
+    assert 0.008 < before < 0.01
+    other = runner_up(spring.choice)
+    assert other is not None
+    assert other is not best
+    assert f"the runner-up {other.name}, {other.delay:.4g} s and" in sentence
+    assert isinstance(blocks[2], Panels)
+    response, sensitivity = blocks[2].figures
+    assert [one.name for one in response.lines] == ["unshaped", "shaped"]
+    ((low, high),) = sensitivity.bands
+    assert (low, high) == pytest.approx([one / (2.0 * math.pi) for one in spring.choice.boxes[0].frequencies])
+    assert sensitivity.levels[0][0] == 5.0
+    inside = sensitivity.lines[0].y[(sensitivity.lines[0].x >= low) & (sensitivity.lines[0].x <= high)]
+    assert inside.max() <= 100.0 * best.bounds[0] * (1.0 + 1e-9)
+    assert all(block.folded for block in blocks if isinstance(block, Table))
+
+
+def test_numbers_of_the_page_have_readable_digits(spring, misfit, measured):
+    """No number of a table or a text has more than seven digits after its first one that is not 0."""
+    for tuning in (spring, misfit, measured):
+        for block in tuning_blocks(tuning):
+            texts = (
+                [block.text]
+                if isinstance(block, Text)
+                else [x for row in block.rows for x in row]
+                if isinstance(block, Table)
+                else []
+            )
+            for text in texts:
+                assert not re.search(r"[1-9]\d*\.?\d{8,}|1e\+?300", text), text
+
+
+def test_start_values_on_the_page_are_all_there(spring):
+    """With four digits: the files have the others."""
     expected = {}
     for name, value in spring.candidate.start_values().items():
-        expected |= {f"{name}[{i}]": str(x) for i, x in enumerate(value, 1)} if isinstance(value, list) else {name: str(value)}
+        expected |= (
+            {f"{name}[{i}]": short_number(x) for i, x in enumerate(value, 1)}
+            if isinstance(value, list)
+            else {name: short_number(value)}
+        )
     assert dict(table(tuning_blocks(spring), "Start values of the InputShaper").rows) == expected
 
 
@@ -271,12 +323,7 @@ def test_the_same_numbers_each_time(fmus, spring, tmp_path):
     """But for wall times: steps and runs are equal."""
     first, second = (replace(one, efforts=without_seconds(one.efforts)) for one in (spring, again))
     assert write_json(tmp_path / "a.json", first).read_bytes() == write_json(tmp_path / "b.json", second).read_bytes()
-    for one, other in zip(tuning_blocks(first), tuning_blocks(second), strict=True):
-        if isinstance(one, Figure):
-            assert isinstance(other, Figure)
-            assert [a.x.tobytes() + a.y.tobytes() for a in one.lines] == [b.x.tobytes() + b.y.tobytes() for b in other.lines]
-        else:
-            assert one == other
+    assert page_text("Tuning", tuning_blocks(first)) == page_text("Tuning", tuning_blocks(second))
 
 
 def test_where_nothing_vibrates(fmus, tmp_path):
@@ -315,7 +362,7 @@ def test_an_unstable_plant(fmus, tmp_path):
 def test_where_nothing_fits_the_nearest_is_shown(misfit, tmp_path):
     blocks, nearest = tuning_blocks(misfit), misfit.choice.nearest
     assert headings(blocks) == [one for one in SECTIONS if one not in ("Before and after", "Verification")]
-    assert blocks[1] == Text(VERDICTS["nothing_fits"])
+    assert blocks[1] == Text(f"{VERDICTS['nothing_fits']} {decision_text(misfit)}")
     shaper = dict(table(blocks, "The shaper").rows)
     assert (shaper["shaper (nearest)"], shaper["longest delay"]) == (nearest.name, "0.35 s")
     assert line(figure(blocks, "trade_off"), f"{nearest.name} (nearest)").y.tolist() == [nearest.delay]
@@ -329,7 +376,7 @@ def test_where_nothing_fits_the_nearest_is_shown(misfit, tmp_path):
 def test_measured_data(measured, tmp_path):
     blocks = tuning_blocks(measured)
     assert headings(blocks) == [one for one in SECTIONS if one not in ("Before and after", "Verification", "What it cost")]
-    assert blocks[1] == Text(VERDICTS["for_modes_found"])
+    assert blocks[1] == Text(f"{VERDICTS['for_modes_found']} {decision_text(measured)}")
     modes = table(blocks, "Modes").rows
     assert [float(row[1].partition(" ")[0]) for row in modes] == pytest.approx([6.0, 20.0], rel=2e-3)
     keys = [block.key for block in blocks if isinstance(block, Figure)]
@@ -338,7 +385,7 @@ def test_measured_data(measured, tmp_path):
     left = {row[0]: row[2] for row in table(blocks, "What the fit leaves").rows}
     assert float(left["y2"].removesuffix(" mm")) == pytest.approx(0.02, rel=0.1)
     some = [block for block in blocks if not isinstance(block, Figure) or block.key.endswith("_2")]
-    assert len(write_report(tmp_path / "report.html", "Tuning", some)) == 1 + 3  # spectrum, ring-down, sensitivity
+    assert len(write_report(tmp_path / "report.html", "Tuning", some)) == 1 + 4  # what decides, spectrum, ring-down, sensitivity
     found = read_strictly(write_json(tmp_path / "tuning.json", measured))
     assert (found["command"], found["verification"], found["operating_points"]) == (None, None, [])
     # the first sample after the end of the excitation is at 0.01 s; Re(residue exp(pole t)) is the mode from there on
@@ -375,7 +422,7 @@ def test_a_profile_of_a_move(fmus, tmp_path):
     assert found["profile"] == law.start_values()
     assert "max_velocity" not in found["profile"]  # no limit
     rows = dict(table(tuning_blocks(tuning), "Start values of the MotionProfile").rows)
-    assert float(rows["duration"]) == pytest.approx(law.duration, rel=1e-14)
+    assert float(rows["duration"]) == pytest.approx(law.duration, rel=5e-4)
     system = System()
     system.add("profile", fmus / "MotionProfile.fmu", found["profile"])
     times = system.simulate(1.1 * law.duration, law.duration / 100.0, record=["profile.position"])
@@ -385,7 +432,7 @@ def test_a_profile_of_a_move(fmus, tmp_path):
 
 @pytest.mark.parametrize(
     ("value", "deviation", "text"),
-    [(10.0, 0.012, "10.000 ± 0.012"), (0.05, 0.0004, "0.05000 ± 0.00040"), (10.0, 0.0, "10"), (10.0, 5e-9, "10 ± 5e-09"), (123.0, 25.0, "123 ± 25")],
+    [(10.0, 0.012, "10.000 ± 0.012"), (0.05, 0.0004, "0.05000 ± 0.00040"), (10.0, 0.0, "10"), (10.0, 5e-9, "10 ± 5e-09"), (1.23456789, 1e-8, "1.235 ± 1e-08"), (123.0, 25.0, "123 ± 25")],
 )  # fmt: skip
 def test_deviations_are_told_to_two_digits(value, deviation, text):
     assert with_deviation(value, deviation) == text

@@ -9,7 +9,7 @@ import numpy as np
 
 from shaper_fmu.page.blocks import Block, Table, Text
 from shaper_fmu.page.figures import Figure, Line
-from shaper_fmu.report.tune.modes import percent, span
+from shaper_fmu.report.tune.modes import both_units, percent, span
 from shaper_fmu.tune.choice.boxes import UNDAMPED, ModeBox, shares
 from shaper_fmu.tune.choice.result import Choice, fits
 from shaper_fmu.tune.choice.search import Candidate
@@ -46,11 +46,13 @@ def bounds_table(choice: Choice) -> Table:
     rows = []
     for k, box in enumerate(choice.boxes):
         (low, high), (light, heavy), (w, zeta) = box.frequencies, box.dampings, best.at[k]
-        where = f"{w:.5g} rad/s, {zeta if zeta > UNDAMPED else 0.0:.3g}"
+        where = f"{w:.4g} rad/s, {zeta if zeta > UNDAMPED else 0.0:.3g}"
         dampings = span(light, heavy, 3) if heavy > UNDAMPED else "0"
         share, most = percent(float(parts[k])), percent(best.bounds[k])
-        rows.append([str(k + 1), span(low, high, 5), dampings, share, most, where])
-    head = ["mode", "natural frequency [rad/s]", "damping ratio", "largest share", "V at most (bound)", "at"]
+        rows.append(
+            [str(k + 1), span(low, high, 4), span(low / (2.0 * math.pi), high / (2.0 * math.pi), 4), dampings, share, most, where]
+        )
+    head = ["mode", "natural frequency [rad/s]", "[Hz]", "damping ratio", "largest share", "V at most (bound)", "at"]
     return Table(f"What {best.name} leaves of each mode", head, rows)
 
 
@@ -78,11 +80,20 @@ def sensitivity_figure(choice: Choice, k: int, compared: Sequence[Candidate]) ->
         Line(role(choice, one), w, 100.0 * np.array([left_of(one, float(x), zeta) for x in w])) for one in compared
     ]  # fmt: skip
     tolerance = choice.requirements.tolerance
-    title = f"Mode {k + 1}, identified as {span(low, high, 4)} rad/s: residual vibration (damping ratio {zeta:.3g})"
+    title = f"Mode {k + 1}, identified as {both_units(low, high)}: residual vibration (damping ratio {zeta:.3g})"
     levels = [(100.0 * tolerance, f"tolerance {percent(tolerance)}")]
     ends = [(low, f"{low:.4g}"), (box.natural_frequency.nominal, "nominal"), (high, f"{high:.4g}")]
     marks = apart(ends, float(w[-1] - w[0]))
-    return Figure(f"sensitivity_{k + 1}", title, "natural frequency [rad/s]", "residual vibration V [%]", lines, levels, marks)
+    return Figure(
+        f"sensitivity_{k + 1}",
+        title,
+        "natural frequency [rad/s]",
+        "residual vibration V [%]",
+        lines,
+        levels,
+        marks,
+        bands=[(low, high)],
+    )
 
 
 def shown_range(box: ModeBox) -> tuple[float, float]:
@@ -178,5 +189,5 @@ def front_table(choice: Choice) -> Table:
     rows = []
     for one in shown:
         good = "yes" if fits(one, choice.requirements) else "no"
-        rows.append([role(choice, one), f"{one.delay:.5g}", percent(one.worst_case), percent(one.nominal), good])
+        rows.append([role(choice, one), f"{one.delay:.4g}", percent(one.worst_case), percent(one.nominal), good])
     return Table("Shapers on the front, by rising delay", ["shaper", "delay [s]", "worst case", "nominal", "fits"], rows)

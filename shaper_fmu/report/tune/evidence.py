@@ -189,7 +189,7 @@ def recording_blocks(measured: MeasuredIdentification | None, shown: Sequence[st
     marks = [(begin, "free from here on")]
     if measured.law is not None:
         text = (
-            f"The recording lasts from {time[0]:.7g} to {time[-1]:.7g} s. From {begin:.7g} to {end:.7g} s it sweeps from "
+            f"The recording lasts from {time[0]:.5g} to {time[-1]:.5g} s. From {begin:.5g} to {end:.5g} s it sweeps from "
             f"{measured.law.first:.4g} to {measured.law.last:.4g} Hz. The response below is that to an impulse, within the band of "
             "the sweep, which the recording divided by the spectrum of the sweep gives."
         )

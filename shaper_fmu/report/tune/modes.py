@@ -47,7 +47,7 @@ def modes_table(tuning: Tuning, found: Evidence) -> Table:
         w = mode.natural_frequency
         over = [_over(ranges[k])] if ranges else []
         frequency = with_deviation(w, mode.natural_frequency_std)
-        rows.append([str(k + 1), frequency, f"{w / (2.0 * math.pi):.6g}", damping(mode), *over, percent(float(parts[k]))])
+        rows.append([str(k + 1), frequency, f"{w / (2.0 * math.pi):.4g}", damping(mode), *over, percent(float(parts[k]))])
     title = "Modes, with standard deviations" + (" at the nominal point" if ranges else "")
     return Table(title, [*head, "largest share of a step's response" if of_step else "largest share of the response"], rows)
 
@@ -58,13 +58,13 @@ def percent(share: float) -> str:
 
 
 def with_deviation(value: float, deviation: float) -> str:
-    """A value with its standard deviation, to two digits of it."""
+    """A value with its standard deviation, to two digits of it; with four digits where the deviation is much less than these."""
     if not 0.0 < deviation < math.inf:
-        return f"{value:.7g}"
-    if deviation < 1e-7 * abs(value):
-        return f"{value:.7g} ± {deviation:.0e}"
+        return f"{value:.4g}"
+    if deviation < 1e-4 * abs(value):
+        return f"{value:.4g} ± {deviation:.0e}"
     digits = max(0, 1 - math.floor(math.log10(deviation)))
-    return f"{value:.{digits}f} ± {deviation:.{digits}f}" if digits < 12 else f"{value:.4g} ± {deviation:.1e}"
+    return f"{value:.{digits}f} ± {deviation:.{digits}f}" if digits < 6 else f"{value:.4g} ± {deviation:.1e}"
 
 
 def damping(mode: Mode) -> str:
@@ -80,6 +80,11 @@ def span(low: float, high: float, digits: int) -> str:
     return first if first == last else f"{first} to {last}"
 
 
+def both_units(low: float, high: float) -> str:
+    """A range of natural frequencies [rad/s], in Hz, too."""
+    return f"{span(low, high, 4)} rad/s ({span(low / (2.0 * math.pi), high / (2.0 * math.pi), 4)} Hz)"
+
+
 def given(values: Mapping[str, Any]) -> str:
     """Values of parameters."""
     shown = (f"{name} = {value:.5g}" if isinstance(value, float) else f"{name} = {value}" for name, value in values.items())
@@ -88,7 +93,7 @@ def given(values: Mapping[str, Any]) -> str:
 
 def _over(found: ModeRange) -> str:
     w, zeta = found.natural_frequency, found.damping_ratio
-    text = f"{span(w.low, w.high, 4)} rad/s"
+    text = both_units(w.low, w.high)
     if zeta.high > UNDAMPED:
         text += f", {span(zeta.low, zeta.high, 3)}"
     lost = sum(one is None for one in found.modes)
@@ -126,7 +131,7 @@ def _experiment_table(found: PlantIdentification) -> Table:
     length = "" if made.kind == "step" else f", {made.width:.4g} s long"
     rows = [
         ["excitation", f"{made.kind} of {f'{made.amplitude:.4g} {unit}'.rstrip()}{length}"],
-        ["about the input's value", f"{made.rest:.6g} {unit}".rstrip()],
+        ["about the input's value", f"{made.rest:.4g} {unit}".rstrip()],
         ["the plant rests after", f"{found.settle_time:.4g} s"],
         ["free response", f"{len(found.time)} samples, {found.step:.4g} s apart: {duration:.4g} s"],
         ["not in proportion to the amplitude", f"{found.nonlinearity:.2g} of the response"],

@@ -106,7 +106,7 @@ def points_table(tuning: Tuning, found: Verification) -> Table:
     kept = sorted(sorted(range(len(found.outputs)), key=lambda j: -_largest(found, j))[:3])
     head = [*found.nominal.values, "share left", *(label(f"{found.outputs[j]} before, after", units[j]) for j in kept)]
     rows = [
-        [*(f"{value:.6g}" for value in one.values.values()), _share(one, found), *(_sizes(one, j) for j in kept)] for one in shown
+        [*(f"{value:.4g}" for value in one.values.values()), _share(one, found), *(_sizes(one, j) for j in kept)] for one in shown
     ]  # fmt: skip
     if not found.nominal.values:
         head, rows = ["place", *head], [["nominal", *row] for row in rows]

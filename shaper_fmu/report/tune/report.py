@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from shaper_fmu.analysis.identification import CONTRADICTING
@@ -11,22 +12,13 @@ from shaper_fmu.report.modes import impulses_table
 from shaper_fmu.report.tune.choice import alternative_blocks, sensitivity_blocks, trade_off_blocks
 from shaper_fmu.report.tune.evidence import Evidence, evidence, recording_blocks, ring_down_blocks, spectrum_blocks
 from shaper_fmu.report.tune.modes import mode_blocks, percent
+from shaper_fmu.report.tune.opening import opening_blocks
 from shaper_fmu.report.tune.plant import effort_blocks, response_blocks, verification_blocks
 from shaper_fmu.tune.choice.result import Choice
 from shaper_fmu.tune.tuning import Tuning, Verdict
 
-VERDICTS: Mapping[Verdict, str] = {
-    "tuned": "Tuned: the shaper below meets the requirements, and holds on the plant.",
-    "for_modes_found": "The shaper below meets the requirements for the modes found in the recording; it was not tried.",
-    "no_vibration": "No shaper is needed: nothing vibrates.",
-    "unstable": "No shaper can help: the plant is unstable.",
-    "nothing_fits": "No shaper meets the requirements. The one below comes nearest.",
-    "not_held": "The shaper below fits the identified modes, but the plant does not show that it meets the requirements.",
-    "not_proven": "Nothing is proven: findings contradict the modes, or the absence of modes.",
-    "not_verified": "The shaper below fits the identified modes. It could not be tried on the plant.",
-}
-
 _OF_MODES = {"Sensitivity", "Trade-off", "Alternatives"}
+_NO_LIMIT = 1e299
 _IF = "All this is for the modes found, which findings contradict: nothing of it is proven."
 _MEASURED = "All this is for the modes found in the recording, within their ranges. The machine may have others."
 _PROVEN: tuple[Verdict, ...] = ("tuned", "nothing_fits")
@@ -53,14 +45,13 @@ def tuning_blocks(tuning: Tuning) -> list[Block]:
         sections[title].insert(0, Text(words))
     sections["Verification"] = verification_blocks(tuning)
     sections["What it cost"] = effort_blocks(tuning)
-    return [block for title, blocks in sections.items() if blocks for block in (Heading(title), *blocks)]
+    shown = [block for title, blocks in sections.items() if blocks for block in (Heading(title), *blocks)]
+    return [replace(block, folded=True) if isinstance(block, Table) else block for block in shown]
 
 
 def recommendation_blocks(tuning: Tuning) -> list[Block]:
-    """The verdict, the reason, and the shaper with its start values."""
-    blocks: list[Block] = [Text(VERDICTS[tuning.verdict])]
-    if tuning.summary:
-        blocks.append(Text(tuning.summary[:1].upper() + tuning.summary[1:] + "."))
+    """The verdict, the picture, and behind them the shaper with its start values."""
+    blocks = opening_blocks(tuning)
     choice, candidate = tuning.choice, tuning.candidate
     if choice is None or candidate is None:
         return blocks
@@ -70,7 +61,7 @@ def recommendation_blocks(tuning: Tuning) -> list[Block]:
         if not candidate.design.factors:
             return blocks
         blocks.append(Text("The profile goes through an InputShaper:"))
-    return [*blocks, start_values_table("InputShaper", candidate.start_values()), impulses_table(candidate.sequence)]
+    return [*blocks, start_values_table("InputShaper", candidate.start_values()), impulses_table(candidate.sequence, digits=4)]
 
 
 def summary_table(tuning: Tuning, choice: Choice) -> Table:
@@ -80,7 +71,7 @@ def summary_table(tuning: Tuning, choice: Choice) -> Table:
     known = "proven" if tuning.verdict in _PROVEN and tuning.plant is not None and not against else "for the modes found,"
     rows = [
         ["shaper" if choice.recommended is not None else "shaper (nearest)", one.name],
-        ["delay", f"{one.delay:.6g} s"],
+        ["delay", f"{one.delay:.4g} s"],
         [f"worst case, {known} over the ranges", f"{percent(one.worst_case)} of the unshaped vibration"],
         [f"nominally, {known}", percent(one.nominal)],
     ]
@@ -91,23 +82,30 @@ def summary_table(tuning: Tuning, choice: Choice) -> Table:
     if requirements.nominal_tolerance < 1.0:
         rows.append(["nominal tolerance", percent(requirements.nominal_tolerance)])
     if requirements.longest_delay < float("inf"):
-        rows.append(["longest delay", f"{requirements.longest_delay:.6g} s"])
+        rows.append(["longest delay", f"{requirements.longest_delay:.4g} s"])
     rows += [["margin of the frequencies", percent(requirements.frequency_margin)]] if requirements.frequency_margin else []
     rows += [["margin of the damping ratios", percent(requirements.damping_margin)]] if requirements.damping_margin else []
     if choice.floor:
         what = "no positive shaper that fits is shorter" if requirements.move is None else "no move that fits has less delay"
-        rows.append([f"floor: {what}", f"{choice.floor:.6g} s"])
+        rows.append([f"floor: {what}", f"{choice.floor:.4g} s"])
     rows += [[f"varied: {name}", f"± {percent(share)}"] for name, share in tuning.spread.items()]
     return Table("The shaper", ["what", "value"], rows, left_aligned=True)
 
 
 def start_values_table(component: str, values: Mapping[str, Any]) -> Table:
-    """Start values of a component, element by element."""
+    """Start values of a component, element by element, with four digits: whoever needs all takes them from the files."""
     rows = []
     for name, value in values.items():
         elements = enumerate(value, 1) if isinstance(value, list | tuple) else [(0, value)]
-        rows += [[f"{name}[{i}]" if i else name, str(v)] for i, v in elements]
-    return Table(f"Start values of the {component}", ["parameter", "value"], rows)
+        rows += [[f"{name}[{i}]" if i else name, short_number(v)] for i, v in elements]
+    return Table(f"Start values of the {component} (rounded; all digits are in the .ssv and .json)", ["parameter", "value"], rows)
+
+
+def short_number(value: Any) -> str:
+    """A number with four digits; what is no limit is told so."""
+    if not isinstance(value, float):
+        return str(value)
+    return "no limit" if abs(value) >= _NO_LIMIT else f"{value:.4g}"
 
 
 def _fewer(tuning: Tuning, found: Evidence) -> list[Block]:
