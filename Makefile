@@ -25,12 +25,12 @@ $(VENV)/ready-%: pyproject.toml
 	@touch $@
 
 demo: $(VENV)/ready-demo  ## Build the FMUs, run and sweep the crane, write the reports
-	$(BIN)/shaper-fmu build MotionProfile InputShaper OverheadCrane --platform this
-	$(BIN)/shaper-fmu build ssp/overhead_crane
-	$(BIN)/shaper-fmu run ssp/overhead_crane.ssp --report results/overhead_crane_run.html
+	$(BIN)/shaper-fmu build MotionProfile InputShaper OverheadCrane --platform this --force
+	$(BIN)/shaper-fmu build ssp/overhead_crane --force
+	$(BIN)/shaper-fmu run ssp/overhead_crane.ssp --report results/overhead_crane_run.html --force
 	rm -f results/overhead_crane.sqlite*
 	$(BIN)/shaper-fmu sweep ssp/overhead_crane/study.toml
-	$(BIN)/shaper-fmu report results/overhead_crane.sqlite --output results/overhead_crane.html
+	$(BIN)/shaper-fmu report results/overhead_crane.sqlite --output results/overhead_crane.html --force
 	@echo "The report: results/overhead_crane.html"
 
 test: $(VENV)/ready-test  ## Run the tests: every contract, on representatives
@@ -45,8 +45,8 @@ check:  ## What the continuous integration does: all tests, where nothing may be
 	CI=1 $(MAKE) test test-rest lint docs
 
 fmus: $(VENV)/ready-demo  ## Build all FMUs, for all platforms: FMI 2.0 into fmus/, FMI 3.0 into fmus/fmi3/
-	$(BIN)/shaper-fmu build
-	$(BIN)/shaper-fmu build --fmi 3 --output fmus/fmi3
+	$(BIN)/shaper-fmu build --force
+	$(BIN)/shaper-fmu build --fmi 3 --output fmus/fmi3 --force
 
 dist: $(VENV)/ready-demo  ## Build a wheel that carries the native FMUs of all components and the master's loop, into dist/
 	$(BIN)/python -m shaper_fmu.export.build

@@ -100,27 +100,42 @@ output_folder: Callback = _each(lambda path: _unwritable(path, folder=True), abs
 """Of a folder to be written to, which is made then if it is missing. Its path becomes absolute."""
 
 
-def number(domain: str, holds: Callable[[float], bool], kind: type = float) -> Callback:
-    """A parser of numbers for which `holds` is true; `domain` describes them in messages."""
+def number(
+    domain: str, holds: Callable[[float], bool], kind: type = float, units: Mapping[str, float] | None = None, hint: str = ""
+) -> Callback:
+    """A parser of numbers for which `holds` is true; `domain` describes them in messages, and `hint` is said of others.
 
-    def parse(text: str) -> Any:
+    `units` may follow a number, such as "%" or "Hz": it is multiplied by their factors.
+    """
+
+    def parse(given: Any) -> Any:
+        text = str(given)  # a default of an option comes as a number
+        unit = next((unit for unit in units or {} if text.rstrip().casefold().endswith(unit.casefold())), "")
+        bare = text.rstrip()[: -len(unit)] if unit else text
         try:
-            value = kind(text)
+            value = kind(bare) * (units or {}).get(unit, 1)
         except ValueError:
             raise typer.BadParameter(f"{text!r} is not a {'whole number' if kind is int else 'number'}") from None
         if not holds(value):
-            raise typer.BadParameter(f"{text} is outside its domain: {domain}")
+            meant = hint.format(text) if hint and not unit and math.isfinite(value) and value > 0.0 else ""
+            raise typer.BadParameter(f"{text} is outside its domain: {domain}{meant}")
         return value
 
     parse.__name__ = {float: "FLOAT", int: "INTEGER"}[kind]  # as the help shows it
     return parse
 
 
+_SHARES = {"%": 0.01}
+_RATES = {"Hz": 2.0 * math.pi, "rad/s": 1.0}
+
 positive: Callback = number("a finite number above 0", lambda x: 0.0 < x < math.inf)
 not_negative: Callback = number("a finite number of at least 0", lambda x: 0.0 <= x < math.inf)
 finite: Callback = number("a finite number", math.isfinite)
-damping_ratio: Callback = number("0 <= zeta < 1", lambda x: 0.0 <= x < 1.0)
-share: Callback = number("between 0 and 1", lambda x: 0.0 < x < 1.0)
+rate: Callback = number("a finite number above 0", lambda x: 0.0 < x < math.inf, units=_RATES)
+"""An angular frequency [rad/s], or with its unit, such as 0.8Hz."""
+damping_ratio: Callback = number("0 <= zeta < 1", lambda x: 0.0 <= x < 1.0, units=_SHARES, hint="; did you mean {}%?")
+share: Callback = number("between 0 and 1", lambda x: 0.0 < x < 1.0, units=_SHARES, hint="; did you mean {}%?")
+"""A share, as 0.05 or 5%."""
 index: Callback = number("at least 0", lambda n: n >= 0, int)
 
 
@@ -154,7 +169,8 @@ def add_options(command: Callable[..., None], variables: Mapping[str, Variable[A
             continue
         whole = variable.kind is int and variable.min is not None and variable.max is not None
         message = f"{variable.min:g} to {variable.max:g}" if whole else variable.domain or "a finite number"
-        parser = number(message, lambda value, variable=variable: variable.problem("", value) is None, variable.kind)
+        units = {"": _SHARES, "rad/s": _RATES}.get(variable.unit) if variable.kind is float else None
+        parser = number(message, lambda value, variable=variable: variable.problem("", value) is None, variable.kind, units)
         option = typer.Option(help=f"{variable.description[:1].upper()}{variable.description[1:]}.", parser=parser)
         annotation = Annotated[variable.kind, option]
         kept.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=variable.start, annotation=annotation))

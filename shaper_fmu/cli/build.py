@@ -13,6 +13,8 @@ from typing import Annotated
 import typer
 
 from shaper_fmu.cli.arguments import input_file, output_file, output_folder, wrong_usage
+from shaper_fmu.cli.kept import Force, check_kept
+from shaper_fmu.cli.made import known_call
 from shaper_fmu.cli.paths import absolute, wrote
 from shaper_fmu.component import Component
 from shaper_fmu.console import err
@@ -66,6 +68,7 @@ def build(
     name: Annotated[
         str, typer.Option(help="With --start or --without: the FMU's name. Default: a name such as MotionProfile_s_curve.")
     ] = "",
+    force: Force = False,
 ) -> None:
     """Build FMUs from components, and SSP archives from system folders (with FMUs that exist already).
 
@@ -83,23 +86,31 @@ def build(
         components = [_changed(components, starts or [], without or [], name)]
     _check_files(components)
     if c is not None or wasm is not None:
-        _write_kernels(components, folders, c, wasm)
+        _write_kernels(components, folders, c, wasm, force)
         return
     archives = {absolute(Path(folder)): absolute(archive_of(folder)) for folder in folders}
     output_file()([*(output / f"{component.__name__}.fmu" for component in components), *archives.values()])
+
+    chosen_calls = {component: _call(component, backend, fmi, starts, without) for component in components}
+    for component, call in chosen_calls.items():
+        fmu = output / f"{component.__name__}.fmu"
+        if known_call(fmu) is not None or not _is_ours(fmu):
+            check_kept(fmu, force, "--output", call)
+    for archive in archives.values():
+        check_kept(archive, force, "NAMES", ["build", str(archive)])
 
     def make(component: type[Component], say: Say) -> Path:
         chosen = platforms or []
         return build_fmu(component, output, backend=backend.value, fmi=int(fmi), platforms=chosen, progress=say)
 
     parts = 1 if backend is _Backend.python else 2 + len(platforms or USUAL_PLATFORMS)
-    for path in _built(components, make, parts):
-        wrote(path, verb="built")
+    for path, call in zip(_built(components, make, parts), chosen_calls.values(), strict=True):
+        wrote(path, verb="built", call=call)
     for folder, archive in archives.items():
-        wrote(pack_ssp(folder, output, archive, platforms or []), verb="built")
+        wrote(pack_ssp(folder, output, archive, platforms or []), verb="built", call=["build", str(archive)])
 
 
-def _write_kernels(components: list[type[Component]], folders: list[str], c: Path | None, wasm: Path | None) -> None:
+def _write_kernels(components: list[type[Component]], folders: list[str], c: Path | None, wasm: Path | None, force: bool) -> None:
     from shaper_fmu.export.plain_c import write_c
     from shaper_fmu.export.wasm import write_wasm
 
@@ -109,8 +120,29 @@ def _write_kernels(components: list[type[Component]], folders: list[str], c: Pat
         if folders:
             raise typer.BadParameter(f"{folders[0]}: a system has no kernel of its own; name components", param_hint=option)
         for component in components:
+            kernel = target / f"{component.__name__}{option.replace('--', '.')}"
+            call = ["build", option, component.__module__, component.__name__]
+            check_kept(kernel, force, option, call)
             for path in write(component, target):
-                wrote(path)
+                wrote(path, call=call)
+
+
+def _call(
+    component: type[Component], backend: _Backend, fmi: _Fmi, starts: list[str] | None, without: list[str] | None
+) -> list[str]:
+    """By what an FMU is known: what makes it another one, not who else is built in the same call."""
+    return ["build", component.__module__, component.__name__, backend, fmi, *sorted(starts or []), *sorted(without or [])]
+
+
+def _is_ours(fmu: Path) -> bool:
+    """Whether a file is an FMU that a shaper-fmu has made, which may be built anew."""
+    from shaper_fmu.errors import ShaperFmuError
+    from shaper_fmu.info import fmu_info
+
+    try:
+        return fmu.is_file() and fmu_info(fmu).tool.startswith("shaper-fmu")
+    except ShaperFmuError:
+        return False
 
 
 def _components(names: list[str] | None, folders: list[str]) -> list[type[Component]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,8 @@ import typer
 
 from shaper_fmu.cli import arguments as check
 from shaper_fmu.cli.fastest import design_fastest, write_segments
+from shaper_fmu.cli.frequencies import Frequencies, frequency_words, mode_words, natural_frequencies
+from shaper_fmu.cli.kept import Force, check_kept
 from shaper_fmu.cli.modes import design_for_modes, write_plot
 from shaper_fmu.cli.profile import design_profile, modes_of, residual_blocks
 from shaper_fmu.component import Variable
@@ -80,32 +83,40 @@ def design(
             "--natural-frequency",
             "-w",
             help="Undamped natural frequency [rad/s]; repeat it for several modes.",
-            parser=check.positive,
+            parser=check.rate,
         ),
     ] = None,
+    frequency: Frequencies = None,
     damping_ratio: Annotated[
         list[float] | None,
         typer.Option(
-            "--damping-ratio", "-z", help="Damping ratio; one for all modes, or one per mode.", parser=check.damping_ratio
+            "--damping-ratio",
+            "-z",
+            help="Damping ratio, such as 0.05 or 5%; one for all modes, or one per mode.",
+            parser=check.damping_ratio,
         ),
     ] = None,
     tolerance: Annotated[
         float | None,
         typer.Option(
-            help="Tolerated residual vibration V, for EI, SI and the insensitivity (default: 0.05), and fastest (default: none).",
+            help="Tolerated residual vibration V, such as 5%, for EI, SI and the insensitivity (default: 5%), "
+            "and fastest (default: none).",
             parser=check.share,
         ),
     ] = None,
     low: Annotated[
         float | None,
         typer.Option(
-            help="Lowest natural frequency: the lower end of the range of si and fastest, or for which V is bounded [rad/s].",
-            parser=check.positive,
+            help="Lowest natural frequency: the lower end of the range of si and fastest, or for which V is bounded "
+            "[rad/s], or such as 0.8Hz.",
+            parser=check.rate,
         ),
     ] = None,
     high: Annotated[
         float | None,
-        typer.Option(help="Highest natural frequency: the upper end of the same range [rad/s].", parser=check.positive),
+        typer.Option(
+            help="Highest natural frequency: the upper end of the same range [rad/s], or such as 1.2Hz.", parser=check.rate
+        ),
     ] = None,
     damping_range: Annotated[
         tuple[float, float] | None,
@@ -165,6 +176,7 @@ def design(
             callback=check.output_file(*check.PAGE, *check.PICTURE),
         ),
     ] = None,
+    force: Force = False,
     **parameters: float,
 ) -> None:
     """Design a shaper, a profile or a pulse train; print its numbers and figures of merit, and plot its sensitivity.
@@ -176,8 +188,11 @@ def design(
     With --low and --high, an upper bound of the residual vibration V is proven for all frequencies (and damping ratios) in between.
     With --modes, --tolerance is the share of the final values that may swing after the last impulse.
     Example: shaper-fmu design zvd --natural-frequency 5 --damping-ratio 0.1 --plot zvd.html
+    Example: shaper-fmu design ei -f 0.8 -z 5% --tolerance 2%
     Example: shaper-fmu design fastest -w 5 --max-velocity 1 --max-acceleration 3 --segments move.csv
     """
+    check_kept(plot, force, "--plot")
+    check_kept(segments, force, "--segments")
     if kind != "fastest":
         of_fastest = {
             "--segments": segments is not None,
@@ -189,7 +204,7 @@ def design(
             if given:
                 raise typer.BadParameter(f"this needs the kind fastest, not {kind}", param_hint=option)
     if modes is not None:
-        if natural_frequency or damping_ratio:
+        if natural_frequency or frequency or damping_ratio:
             raise typer.BadParameter("it takes the place of --natural-frequency and --damping-ratio", param_hint="--modes")
         design_for_modes(
             modes,
@@ -203,20 +218,23 @@ def design(
     if other or settling:
         raise typer.BadParameter("this needs --modes", param_hint="--or" if other else "--settling")
     wanted = _Wanted(
-        kind, natural_frequency or [], damping_ratio or [0.0], 0.05 if tolerance is None else tolerance, parameters, low, high,
+        kind, natural_frequencies(natural_frequency, frequency), damping_ratio or [0.0],
+        0.05 if tolerance is None else tolerance, parameters, low, high,
         damping_range, distance, duration, max_velocity, max_acceleration, max_jerk, frequency_ratio, minimum_pulse_width,
     )  # fmt: skip
     with check.wrong_usage():
         deflections = deflection_limit or []
         move = _fastest(wanted, tolerance or 0.0, deflections, on_off_pulses) if kind == "fastest" else None
         blocks = _blocks(wanted) if move is None else _of_fastest(wanted, move)
+    if wanted.frequencies:
+        out.print(f"for {mode_words(wanted.frequencies, damping_ratio)}")
     for block in blocks:
         if isinstance(block, Table):
             show(block)
     if move is not None and segments is not None:
         write_segments(segments, move)
     if len(wanted.frequencies) > 1:
-        out.print(f"The figures of merit are for the first mode, {wanted.frequencies[0]:g} rad/s.")
+        out.print(f"The figures of merit are for the first mode, {frequency_words(wanted.frequencies[:1])}.")
     if plot:
         write_plot(plot, f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s", blocks)
 
@@ -284,11 +302,12 @@ def _proven(wanted: _Wanted, command: ImpulseSequence | PulseSequence) -> list[B
         return []
     damping = wanted.damping or (wanted.ratios[0], wanted.ratios[0])
     found = guarantee(command, (wanted.low, wanted.high), damping)
-    where = f"{wanted.low:g} to {wanted.high:g} rad/s, damping ratio {damping[0]:g} to {damping[1]:g}"
+    ends = f"{wanted.low / (2.0 * math.pi):.4g} to {wanted.high / (2.0 * math.pi):.4g} Hz"
+    where = f"{wanted.low:g} to {wanted.high:g} rad/s ({ends}), damping ratio {damping[0]:g} to {damping[1]:g}"
     rows = [
         ["V is nowhere above", f"{100.0 * found.bound:.6f} %"],
         ["its largest value found", f"{100.0 * found.attained:.6f} %"],
-        ["at", f"{found.at[0]:g} rad/s, damping ratio {found.at[1]:g}"],
+        ["at", f"{frequency_words([found.at[0]])}, damping ratio {found.at[1]:g}"],
     ]
     return [Table(f"Proven: {where}", ["what", "value"], rows)]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import sys
 import threading
@@ -15,6 +16,7 @@ import typer
 from typer.core import TyperGroup
 
 from shaper_fmu.console import err
+from shaper_fmu.errors import nearest
 
 INTERRUPTED, TERMINATED = 130, 143
 _PATIENCE = 10.0
@@ -30,6 +32,16 @@ def end_message(error: KeyboardInterrupt) -> tuple[str, int]:
     return ("ended by SIGTERM", TERMINATED) if isinstance(error, Terminated) else ("interrupted", INTERRUPTED)
 
 
+def readable(message: str) -> str:
+    """A message of the parser as a sentence, with the nearest of the words that it lists."""
+    found = re.fullmatch(r"(?:Value error, )?('.*?') is not one of ('.*')\.?", message)
+    if found is None:
+        return message.removeprefix("Value error, ")
+    given, known = found[1].strip("'"), [one.strip("' ") for one in found[2].split(",")]
+    hint = nearest(given, known)
+    return f"{found[1]} is not one of {found[2]}.{hint if 'Did you mean' in hint else ''}"
+
+
 class Commands(TyperGroup):
     """The group of commands; prints a message when a signal ends one."""
 
@@ -37,6 +49,9 @@ class Commands(TyperGroup):
         """Do the command."""
         try:
             return super().invoke(ctx)
+        except typer.BadParameter as error:
+            error.message = readable(error.message)
+            raise
         except KeyboardInterrupt as error:
             message, code = end_message(error)
             err.print(f"{message} before the work was finished")

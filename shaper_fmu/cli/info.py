@@ -69,6 +69,7 @@ def info(
     from shaper_fmu.info import fmu_info, ssp_info
     from shaper_fmu.info.diagram import fmu_diagram, system_diagram
 
+    check_kept(drawing, force, "--drawing")
     if file.suffix.lower() in STORE and not file.is_dir():
         for option, given in (("--variant", variant), ("--drawing", drawing)):
             if given is not None:
@@ -89,7 +90,6 @@ def info(
         diagram = system_diagram(system)
         _write_json(system, commands) if as_json else show_system(system, commands, everything)
     if drawing is not None:
-        check_kept(drawing, f"Drawing of {diagram.title}", force, "--drawing")
         written = write_drawing(drawing, diagram)
         if not as_json:
             wrote(written)

@@ -53,7 +53,9 @@ def fmu_commands(context: typer.Context, path: Path, fmu: FmuInfo) -> list[Answe
     component = Answer("", "no", _several(coupled)) if coupled else Answer("", "in a system", inside)
     return [
         _checked(context, path, fmu.findings),
-        Answer("run", component.takes, component.reason),
+        _tried(
+            context, ("run",), path, coupled, "" if fmu.experiment.stop is not None else "with --until: it declares no stop time"
+        ),
         Answer("sweep", component.takes, component.reason),
         Answer("pack", "no", _several(packed)) if packed else Answer("pack", "in a system", component.reason or inside),
         _plant(context, path, tuned, input_),

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from shaper_fmu.cli.arguments import input_file, output_page, wrong_usage
+from shaper_fmu.cli.kept import Force, check_kept
 from shaper_fmu.cli.paths import wrote
 from shaper_fmu.component import Component
 from shaper_fmu.console import err
@@ -22,6 +23,7 @@ def live(
         ),
     ] = None,
     output: Annotated[Path, typer.Option(help="Page to write.", callback=output_page)] = Path("live.html"),
+    force: Force = False,
 ) -> None:
     """Write a page on which shaping is tried: sliders for command, shaper and plant, redrawn while they move.
 
@@ -29,6 +31,7 @@ def live(
     """
     from shaper_fmu.live.page import plants_of, write_live_page
 
+    check_kept(output, force, "--output")
     own = [component for name in plants or [] for component in _components(name)]
     with wrong_usage("--plant"):
         plants_of(own)

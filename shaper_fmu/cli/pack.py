@@ -11,6 +11,7 @@ import typer
 
 from shaper_fmu.cli.arguments import input_file, output_file, pairs, positive, wrong_usage
 from shaper_fmu.cli.info_words import size
+from shaper_fmu.cli.kept import Force, check_kept
 from shaper_fmu.cli.paths import wrote
 from shaper_fmu.console import err, out, show
 from shaper_fmu.master.algorithms import Algorithm
@@ -64,6 +65,7 @@ def pack(
         ),
     ] = None,
     name: Annotated[str, typer.Option(help="The model's name. Default: that of the file.")] = "",
+    force: Force = False,
 ) -> None:
     """Pack the system of an SSP archive into one FMU, which any tool that imports FMUs can run.
 
@@ -81,6 +83,7 @@ def pack(
     from shaper_fmu.ssp.parameter_sets import apply_parameter_set
 
     target: Path = output_file(".fmu")(output or Path(f"{system.stem}.fmu"))
+    check_kept(target, force, "--output")
     renamed = pairs(rename, "--rename", "plant.position=x")
     check_platforms(platforms)
     loaded = load_ssp(system, variant)

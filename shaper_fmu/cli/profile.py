@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -49,5 +50,8 @@ def residual_blocks(law: Profile, modes: Sequence[tuple[float, float]]) -> list[
     """What several modes are left with."""
     from shaper_fmu.page.blocks import Table
 
-    rows = [[f"{w:g}", f"{zeta:g}", f"{100.0 * law.residual_vibration(w, zeta):.3g} %"] for w, zeta in modes]
-    return [Table("Modes", ["frequency [rad/s]", "damping ratio", "V"], rows)] if len(modes) > 1 else []
+    rows = [
+        [f"{w:g}", f"{w / (2.0 * math.pi):.4g}", f"{zeta:g}", f"{100.0 * law.residual_vibration(w, zeta):.3g} %"]
+        for w, zeta in modes
+    ]
+    return [Table("Modes", ["frequency [rad/s]", "[Hz]", "damping ratio", "V"], rows)] if len(modes) > 1 else []

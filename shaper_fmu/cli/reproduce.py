@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shaper_fmu.cli.arguments import output_folder
+from shaper_fmu.cli.kept import Force, check_kept
 from shaper_fmu.cli.paths import wrote
 from shaper_fmu.console import err, out, show
 from shaper_fmu.errors import ShaperFmuError, nearest
@@ -29,6 +30,7 @@ _STYLES = {
 def reproduce(
     name: Annotated[str, typer.Argument(help=f"Papers to reproduce: {', '.join(NAMES)}, or all.")] = "all",
     output: Annotated[Path, typer.Option(help="Folder for the pages and pictures.", callback=output_folder)] = Path("results"),
+    force: Force = False,
 ) -> None:
     """Repeat the papers' studies with the FMUs; give a verdict for each claim, a page and pictures.
 
@@ -36,6 +38,8 @@ def reproduce(
     """
     if name != "all" and name not in NAMES:
         raise typer.BadParameter(f"there is no {name!r}.{nearest(name, [*NAMES, 'all'])}", param_hint="NAME")
+    for key in NAMES if name == "all" else (name,):
+        check_kept(_page(output, key), force, "--output", _call(key))
     failed = False
     for key in NAMES if name == "all" else (name,):
         try:
@@ -76,5 +80,14 @@ def _write(found: Reproduction, output: Path) -> None:
 
     blocks: list[Block] = [Text(found.paper), _claims(found, "Claims"), Text(tally(found)), *found.blocks]
     output.mkdir(parents=True, exist_ok=True)
-    for path in write_report(output / f"reproduce_{found.key}.html", found.title, blocks):
-        wrote(path)
+    for path in write_report(_page(output, found.key), found.title, blocks):
+        wrote(path, call=_call(found.key))
+
+
+def _page(output: Path, key: str) -> Path:
+    return output / f"reproduce_{key}.html"
+
+
+def _call(key: str) -> list[str]:
+    """By what a page is known: the same whether one paper is reproduced, or all."""
+    return ["reproduce", key]

@@ -175,10 +175,8 @@ def report_store(
         shaper-fmu report rope.sqlite --output rope.html
     """
     from shaper_fmu.report.sweep.report import write_sweep_report
-    from shaper_fmu.sweep.store import Store
 
-    with Store(store) as opened:
-        check_kept(output, opened.study().name, force, "--output")
+    check_kept(output, force, "--output")
     with progress("writing the report", err) as update:
         written = write_sweep_report(store, output, update)
     for path in written:
@@ -197,6 +195,7 @@ def export_store(
     run: Annotated[
         int | None, typer.Option(help="Number of one run, whose start values are written as a parameter set.", parser=index)
     ] = None,
+    force: Force = False,
 ) -> None:
     """Write the runs of a sweep as a table, one row a run: case, start values, metrics, status, reason, seconds, attempts.
 
@@ -212,6 +211,7 @@ def export_store(
     """
     if (run is None) != (output.suffix.lower() != ".ssv"):
         raise typer.BadParameter("a parameter set (.ssv) is of one run: give --run, too, or a table's name", param_hint="--output")
+    check_kept(output, force, "--output")
     if run is not None:
         from shaper_fmu.sweep.points import write_point
 

@@ -284,10 +284,11 @@ def _of_plant(
     beginning: dict[str, str],
     **options: Any,
 ) -> Tuning:
+    from shaper_fmu.master.alone import alone_system
     from shaper_fmu.master.fmu import load_fmu
     from shaper_fmu.ssp.archive import load_ssp
     from shaper_fmu.tune.meter import BudgetError
-    from shaper_fmu.tune.plant import Plant, alone_system
+    from shaper_fmu.tune.plant import Plant
     from shaper_fmu.tune.tuning_plant import check_budget, tune_plant
 
     if not input_:

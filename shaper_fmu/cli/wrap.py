@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from shaper_fmu.cli.arguments import damping_ratio, finite, input_file, output_file, pairs, positive, wrong_usage
+from shaper_fmu.cli.arguments import damping_ratio, finite, input_file, output_file, pairs, rate, share, wrong_usage
+from shaper_fmu.cli.frequencies import Frequencies, natural_frequencies
+from shaper_fmu.cli.kept import Force, check_kept
 from shaper_fmu.cli.pack import Fmi, check_platforms, print_packed
 from shaper_fmu.console import err, out
 
@@ -32,6 +34,7 @@ def wrap(
             "--set", help="A parameter of the shaper, such as natural_frequency=4.6 or, for two modes, =4.6,21.5; may be repeated."
         ),
     ] = None,
+    frequency: Frequencies = None,
     tuned: Annotated[
         Path | None,
         typer.Option(
@@ -43,6 +46,7 @@ def wrap(
         list[str] | None,
         typer.Option("--platform", help="Platform such as x86_64-windows, or `this`; may be repeated. Default: the plant's."),
     ] = None,
+    force: Force = False,
 ) -> None:
     """Write an FMU that replaces a plant's FMU: the same interface, with some of its inputs shaped.
 
@@ -63,10 +67,15 @@ def wrap(
     target: Path = output_file(".fmu")(output or Path(f"{plant.stem}_shaped.fmu"))
     if target.exists() and target.samefile(plant):
         raise typer.BadParameter(f"{plant} is the plant itself: give the wrapped one another name", param_hint="--output")
+    check_kept(target, force, "--output")
     check_platforms(platforms)
     found = read_tuned_shaper(tuned) if tuned is not None else None
     names = inputs or ([found.input] if found is not None and found.input else [])
-    values = _values(shaper, pairs(settings, "--set", "natural_frequency=4.6"), found)
+    given = pairs(settings, "--set", "natural_frequency=4.6")
+    natural_frequencies([1.0 for name in given if name.partition("[")[0] == "natural_frequency"], frequency)
+    if frequency:
+        given["natural_frequency"] = ",".join(repr(one) for one in natural_frequencies(None, frequency))
+    values = _values(shaper, given, found)
     fmu = load_fmu(plant)
     with wrong_usage("--input"):
         check_inputs(fmu, names)
@@ -94,32 +103,36 @@ def _values(shaper: str | None, given: dict[str, str], found: TunedShaper | None
     if shaper is not None:
         values["shaper"] = shaper
     for name, text in given.items():
-        _check_numbers(name, text)
-        values[name] = text.split(",") if "," in text or name in ("natural_frequency", "damping_ratio") else text
+        parts = _numbers(name, text)
+        values[name] = parts if len(parts) > 1 or name in ("natural_frequency", "damping_ratio") else parts[0]
     frequencies = values.get("natural_frequency")
     if isinstance(frequencies, list) and len(frequencies) > 1:
         values.setdefault("modes", len(frequencies))
     return values
 
 
-def _check_numbers(name: str, text: str) -> None:
-    """Raise BadParameter for numbers with which the shaper would refuse to start where the FMU is used."""
-    check = {"natural_frequency": positive, "damping_ratio": damping_ratio}.get(name.partition("[")[0])
+def _numbers(name: str, text: str) -> list[Any]:
+    """The parts of a value, frequencies and shares as numbers in their units.
+
+    Raises BadParameter for numbers with which the shaper would refuse to start where the FMU is used.
+    """
+    parse = {"natural_frequency": rate, "damping_ratio": damping_ratio, "vibration_tolerance": share}.get(name.partition("[")[0])
+    found: list[Any] = []
     for part in text.split(","):
         try:
-            if check is not None:
-                check(part)
-            elif part.strip().lower().lstrip("+-") in ("nan", "inf", "infinity"):
+            if parse is None and part.strip().lower().lstrip("+-") in ("nan", "inf", "infinity"):
                 finite(part)
+            found.append(parse(part) if parse is not None else part)
         except typer.BadParameter as error:
             raise typer.BadParameter(f"{name}: {error.message}", param_hint="--set") from None
+    return found
 
 
 def _check_frequency(values: dict[str, Any]) -> None:
     """Raise BadParameter if the shaper is one for a mode, and no frequency is given. After the names have been checked."""
     known = any(name.partition("[")[0] == "natural_frequency" for name in values)
     if not known and values["shaper"] not in _WITHOUT_FREQUENCY:
-        message = f"the shaper {values['shaper']} needs --set natural_frequency=... [rad/s], or --tuned"
+        message = f"the shaper {values['shaper']} needs --set natural_frequency=... [rad/s], --frequency [Hz], or --tuned"
         raise typer.BadParameter(message, param_hint="--set")
 
 

@@ -14,6 +14,7 @@ from xml.sax.saxutils import quoteattr
 from shaper_fmu.archives import read_file
 from shaper_fmu.container.obstacles import obstacles
 from shaper_fmu.errors import ModelError, ShaperFmuError
+from shaper_fmu.master.alone import ALONE, alone_system
 from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.system import System
 from shaper_fmu.master.variables import kind_of
@@ -24,7 +25,7 @@ from shaper_fmu.ssp.names import DESCRIPTION, FMU_TYPE, PREFIXES
 from shaper_fmu.ssp.own_fmus import own_fmus
 from shaper_fmu.ssp.packing import connector_variables
 from shaper_fmu.ssp.template import check_ports
-from shaper_fmu.tune.plant import ALONE, Plant, alone_system
+from shaper_fmu.tune.plant import Plant
 
 _FMI = 2
 """Version of FMI that `pack` writes when none is asked for."""

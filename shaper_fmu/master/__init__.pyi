@@ -1,5 +1,6 @@
 """The public names of shaper_fmu.master, each with the module that defines it."""
 
+from shaper_fmu.master.alone import simulate_fmu as simulate_fmu
 from shaper_fmu.master.batch import Batch as Batch
 from shaper_fmu.master.batch import Plan as Plan
 from shaper_fmu.master.comparison import Comparison as Comparison

@@ -83,7 +83,12 @@ def merits_of(command: Command, mode: Mode) -> list[list[str]]:
         ["residual relative to the unshaped step's", f"{relative_residual(command, w, zeta):.3e}"],
         [f"insensitivity I({mode.tolerance:.0%})", f"{band[1] - band[0]:.5f}" if band else "0"],
         ["tolerated frequencies w/wn", f"{band[0]:.5f} to {band[1]:.5f}" if band else "none"],
+        *([["tolerated frequencies", _band_text(band[0] * w, band[1] * w)]] if band else []),
     ]
+
+
+def _band_text(low: float, high: float) -> str:
+    return f"{low:.5g} to {high:.5g} rad/s ({low / (2.0 * np.pi):.4g} to {high / (2.0 * np.pi):.4g} Hz)"
 
 
 def _certificate(certificate: float) -> list[str]:

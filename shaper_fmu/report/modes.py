@@ -33,10 +33,10 @@ def modes_table(response: ModalResponse) -> Table:
     """The modes that can be shaped, numbered like in the table of sets, with the largest share of theirs in any output."""
     shares = (np.abs(response.residues) / np.abs(response.final)[:, None]).max(axis=0)
     rows = [
-        [str(k), f"{response.natural_frequency[k]:.7g}", f"{response.damping_ratio[k]:.7g}", f"{shares[k]:.4g}"]
-        for k in response.modes
+        [str(k), f"{w:.7g}", f"{w / (2.0 * np.pi):.4g}", f"{response.damping_ratio[k]:.7g}", f"{shares[k]:.4g}"]
+        for k, w in ((k, response.natural_frequency[k]) for k in response.modes)
     ]
-    return Table("Modes", ["mode", "natural frequency [rad/s]", "damping ratio", "largest share"], rows)
+    return Table("Modes", ["mode", "natural frequency [rad/s]", "[Hz]", "damping ratio", "largest share"], rows)
 
 
 def sets_table(response: ModalResponse, sets: list[ModeSet], chosen: ModeSet | None = None) -> Table:

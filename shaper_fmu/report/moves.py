@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from shaper_fmu.design.fastest import FastestMove
 from shaper_fmu.design.figures import move_figures
 from shaper_fmu.design.floor_of_moves import move_floor
@@ -29,7 +31,8 @@ def fastest_blocks(move: FastestMove, mode: Mode) -> list[Block]:
     ]
     modes = [
         [
-            f"{band.low:g}" if band.low == band.high else f"{band.low:g} to {band.high:g}",
+            _span(band.low, band.high, "g"),
+            _span(band.low / (2.0 * math.pi), band.high / (2.0 * math.pi), ".4g"),
             f"{band.damping_ratio:g}",
             f"{100.0 * band.tolerance:g} %",
             f"{100.0 * v:.3g} %",
@@ -39,11 +42,15 @@ def fastest_blocks(move: FastestMove, mode: Mode) -> list[Block]:
     ]
     return [
         Table("Segments", heads, rows),
-        Table("Modes", ["frequency [rad/s]", "damping ratio", "tolerated V", "largest V", "peak deflection [m]"], modes),
+        Table("Modes", ["frequency [rad/s]", "[Hz]", "damping ratio", "tolerated V", "largest V", "peak deflection [m]"], modes),
         Table("Figures of merit", ["what", "value"], merits),
         *sensitivity_figures("fastest", move, mode),
         *move_figures("fastest", move),
     ]
+
+
+def _span(low: float, high: float, digits: str) -> str:
+    return f"{low:{digits}}" if low == high else f"{low:{digits}} to {high:{digits}}"
 
 
 def floor_blocks(law: Profile, mode: Mode) -> list[Block]:

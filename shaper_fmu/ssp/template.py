@@ -10,6 +10,7 @@ from shaper_fmu.design.shapers import shaper as design
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.kinds.shapers import Shaper
+from shaper_fmu.master.alone import rounded_step
 from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.motion import motion_order
 from shaper_fmu.master.system import System
@@ -115,10 +116,3 @@ def _inputs(fmu: Fmu) -> dict[str, str]:
     """The start values of the inputs that can be set."""
     inputs = [variable for variable in fmu.variables.values() if variable.causality == "input" and variable.start is not None]
     return {str(variable.name): str(variable.start) for variable in inputs if kind_of(variable) in TRANSFERABLE}
-
-
-def rounded_step(step: float) -> float:
-    """The step's next lower one among 1, 2 and 5 times powers of ten, which divides times that people write."""
-    power = 10.0 ** math.floor(math.log10(step))
-    digit = next(digit for digit in (5, 2, 1) if digit * power <= step * (1.0 + 1e-12))
-    return float(f"{digit * power:.1g}")

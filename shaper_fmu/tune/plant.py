@@ -12,17 +12,16 @@ import numpy as np
 
 from shaper_fmu.errors import ArgumentError, ModelError, nearest
 from shaper_fmu.export.build import fmu_path
-from shaper_fmu.master.fmu import Fmu, load_fmu
+from shaper_fmu.master.alone import ALONE, alone_system
+from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.motion import motion_order
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
-from shaper_fmu.master.variables import TRANSFERABLE, kind_of, own_start
+from shaper_fmu.master.variables import kind_of
 from shaper_fmu.slips import checked_mapping, checked_names, checked_number
 from shaper_fmu.tune.meter import Meter
 
-ALONE = "plant"
-"""Name of the instance of an FMU that is given alone."""
 PROFILE, SHAPER = "profile", "shaper"
 """Names of the profile's and the shaper's instances, as in the archives of `new system`."""
 _DEFAULT_DURATION = 10.0
@@ -322,18 +321,6 @@ class Plant:
         # the distance counts in the input's own unit, be it mm or rad: no conversion from the profile's m
         system.connect_raw(f"{profile}.{output}", target, offset=rest)
         return system
-
-
-def alone_system(source: Fmu | Path | str, start_values: Mapping[str, Any]) -> System:
-    """A system of one FMU, whose free inputs have their start values."""
-    fmu = source if isinstance(source, Fmu) else load_fmu(source)
-    system = System(fmu.name)
-    system.add(ALONE, fmu, start_values)
-    for variable in fmu.variables.values():
-        free = variable.causality == "input" and variable.name not in system.start_values[ALONE]
-        if free and kind_of(variable) in TRANSFERABLE and variable.start is not None:
-            system.start_values[ALONE][str(variable.name)] = own_start(variable, fmu.name)
-    return system
 
 
 def copied(system: System) -> System:

@@ -174,7 +174,7 @@ def test_design_proves_a_bound_of_the_residual_vibration(tmp_path):
     """An undamped ZV has V = |cos(pi w / (2 wn))| exactly, largest at the ends of a band about wn: sin(0.05 pi) for +-10 %."""
     done = typed("design", "zv", "-w", "5", "--low", "4.5", "--high", "5.5", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "Proven: 4.5 to 5.5 rad/s, damping ratio 0 to 0" in done.stdout
+    assert "Proven: 4.5 to 5.5 rad/s (0.7162 to 0.8754 Hz), damping ratio 0 to 0" in done.stdout
     assert f"{100.0 * math.sin(0.05 * math.pi):.6f} %" in done.stdout
 
 

@@ -142,16 +142,3 @@ def test_a_folder_loads_in_python(fmus: Path, tmp_path: Path, monkeypatch: pytes
 def test_an_enumeration_tells_its_numbers(fmus: Path, tmp_path: Path) -> None:
     """Numbers as docs/components.md has them: they never change."""
     assert "shaper: none = 1, zv = 2, zvd = 3" in typed("info", fmus / "InputShaper.fmu", cwd=tmp_path).stdout
-
-
-def test_a_drawing_or_page_of_something_else_is_kept(fmus: Path, tmp_path: Path) -> None:
-    for words, there in ((["info", "--drawing"], "x.svg"), (["run", "--stop-time", "0.1", "--report"], "x.html")):
-        (tmp_path / there).write_text("<title>Mine &amp; yours</title>")
-        (tmp_path / "fmus").symlink_to(fmus) if not (tmp_path / "fmus").exists() else None
-        command = [words[0], SYSTEMS / "overhead_crane", *words[1:], there]
-        refused = typed(*command, cwd=tmp_path)
-        assert refused.returncode == 2
-        assert "'Mine & yours'; give another name, or --force" in " ".join(refused.stderr.replace("│", " ").split())
-        assert (tmp_path / there).read_text() == "<title>Mine &amp; yours</title>"
-        assert typed(*command, "--force", cwd=tmp_path).returncode == 0
-        assert typed(*command, cwd=tmp_path).returncode == 0  # its own
