@@ -6,33 +6,21 @@ swings. With 1/S in the feedback path (Vyhlidal, Hromcik, Kucera and Anderle 201
     u + disturbance = S (C reference + disturbance)/(S + C G),
 
 so that the zeros of S are those of all that moves the plant: neither set points nor disturbances at its input excite the mode. The
-shaper is DZV (Vyhlidal, Kucera and Hromcik 2013), a part at once and the rest distributed equally over a time, here sampled:
-
-    y_k = A u_k + c (u_(k-1) + ... + u_(k-N+1)) + c' u_(k-N),    A + (N - 1) c + c' = 1,    0 <= c' <= c < A.
-
-A, c and c' follow from this sum and from y's zero at exp(p h), the mode's pole over a sample, exactly: three linear equations. The
-inverse u_k = (y_k - ...)/A has the zeros as its poles; their polynomial's coefficients fall, so all are inside of the unit circle
-(Enestroem and Kakeya). The sampled equations and the proof are ours.
+shaper is the sampled DZV of smoothers/sampled.py.
 """
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from shaper_fmu.design.impulse_sequence import ImpulseSequence
-from shaper_fmu.design.smoothers import smoother
 from shaper_fmu.errors import ArgumentError, NoSolutionError
-
-MOST_SAMPLES = 4096
-FEWEST_SAMPLES = 4
-_FREQUENCIES = 4096
+from shaper_fmu.smoothers.sampled import FEWEST_SAMPLES, MOST_SAMPLES, largest_gain, sampled_dzv, samples_of
 
 
 @dataclass(frozen=True)
@@ -65,11 +53,7 @@ class InverseShaper:
     @property
     def peak_gain(self) -> float:
         """The most by which the inverse amplifies a sine, near the mode; where C G is below 1/this, the loop's gain is below 1."""
-        w = np.linspace(0.0, math.pi, max(_FREQUENCIES, 16 * len(self.amplitudes))) / self.sample_period
-        near = int(np.argmin(np.abs(self.response(w))))
-        ends = w[max(0, near - 1)], w[min(len(w) - 1, near + 1)]
-        found = minimize_scalar(lambda one: float(np.abs(self.response(np.array(one)))), bounds=ends, method="bounded")
-        return 1.0 / float(found.fun)
+        return largest_gain(len(self.amplitudes) - 1, self.amplitudes[0], self.amplitudes[1], self.amplitudes[-1])
 
     def response(self, w: np.ndarray) -> np.ndarray:
         """S(exp(j w h)) of the shaper at the frequencies w [rad/s]; that of the inverse is one over it."""
@@ -101,31 +85,16 @@ def inverse_shaper(natural_frequency: float, damping_ratio: float, sample_period
         raise ArgumentError(f"sample_period = {h}: must be greater than 0 and finite [s]")
     if zeta == 0.0:
         raise NoSolutionError("damping_ratio = 0: nothing of the command passes at once, and there is no inverse; it needs damping")
-    length = smoother("dzv", w, zeta).duration
-    if not FEWEST_SAMPLES <= length / h <= MOST_SAMPLES:
+    samples = samples_of(w, zeta, h)
+    if not FEWEST_SAMPLES <= samples <= MOST_SAMPLES:
         raise ArgumentError(
-            f"sample_period = {h:g} s: the shaper takes {length:.4g} s, {length / h:.3g} samples; "
+            f"sample_period = {h:g} s: the shaper takes {samples * h:.4g} s, {samples:.3g} samples; "
             f"limits: {FEWEST_SAMPLES} to {MOST_SAMPLES}"
         )
-    tried: list[tuple[float, float, float]] = []
-    pole = w * complex(-zeta, math.sqrt(1.0 - zeta * zeta))
-    for n in range(max(2, math.floor(length / h) - 1), math.ceil(length / h) + 3):
-        a, c, last = _solved(cmath.exp(-pole * h), n)
-        if 0.0 <= last <= c:
-            if c < a:
-                return InverseShaper(h, (a, *[c] * (n - 1), last))
-            tried.append((a, c, last))
-    share, other, _ = tried[0] if tried else (math.nan, math.nan, math.nan)
+    n, share, other, last = sampled_dzv(w, zeta, h)
+    if n and other < share:
+        return InverseShaper(h, (share, *[other] * (n - 1), last))
     raise NoSolutionError(
         f"the share at once is A = {share:.4g}, that of each sample after it {other:.4g}: A must be larger for a stable inverse; "
         f"sample faster than every {h:g} s, or damp the mode (zeta = {zeta:g})"
     )
-
-
-def _solved(back: complex, n: int) -> tuple[float, float, float]:
-    """A, c and c' for n samples: their sum is 1, and the shaper is 0 where a sample's delay is the factor `back`."""
-    between = sum(back**k for k in range(1, n))
-    last = back**n
-    matrix = [[1.0, n - 1.0, 1.0], [1.0, between.real, last.real], [0.0, between.imag, last.imag]]
-    a, c, end = np.linalg.solve(np.array(matrix), np.array([1.0, 0.0, 0.0])).tolist()
-    return a, c, end

@@ -17,25 +17,31 @@ from shaper_fmu.smoothers.workspace import SmootherWorkspace
 _BISECTIONS = 100
 
 
-def distributed_zv(m: SmootherWorkspace, damping_ratio: float) -> int:
-    """DZV for 1 rad/s; returns the number of terms.
+def distributed_length(damping_ratio: float, box_share: float) -> float:
+    """How long DZV takes for 1 rad/s.
 
     What the mode makes of the distributed part must be opposite to what it makes of the impulse. The undamped phase is known;
     damping weights what is later, so that less time is needed, and never less than half a period: bisected between.
     """
     damped = math.sqrt(1.0 - damping_ratio * damping_ratio)
     short = math.pi / damped
-    long = math.pi / (1.0 - 0.5 * m.box_share) / damped
+    long = math.pi / (1.0 - 0.5 * box_share) / damped
     if damping_ratio > 0.0:
         for _ in range(_BISECTIONS):
             middle = 0.5 * (short + long)
-            _, ahead = _opposite(damping_ratio, damped, middle, m.box_share * middle)
+            _, ahead = _opposite(damping_ratio, damped, middle, box_share * middle)
             if ahead > 0.0:
                 long = middle
             else:
                 short = middle
+    return long
+
+
+def distributed_zv(m: SmootherWorkspace, damping_ratio: float) -> int:
+    """DZV for 1 rad/s; returns the number of terms."""
+    long = distributed_length(damping_ratio, m.box_share)
     width = m.box_share * long
-    share, _ = _opposite(damping_ratio, damped, long, width)
+    share, _ = _opposite(damping_ratio, math.sqrt(1.0 - damping_ratio * damping_ratio), long, width)
     if damping_ratio == 0.0 and m.box_share == 1.0:  # the mean over a period, but for rounding
         share = 0.0
     a = share / (share + math.exp(-damping_ratio * long))

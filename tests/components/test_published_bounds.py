@@ -16,7 +16,10 @@ from shaper_fmu.errors import SimulationError
 from shaper_fmu.export.build import build_fmu
 from shaper_fmu.registry import components, load_components
 
-NOT_TOLD = {("MotionProfile", "max_velocity"), ("MotionProfile", "max_acceleration"), ("LimitedShaper", "max_jerk")}
+NOT_TOLD = {
+    ("MotionProfile", "max_velocity"), ("MotionProfile", "max_acceleration"), ("LimitedShaper", "max_jerk"),
+    ("FeedbackInverse", "natural_frequency"), ("FeedbackInverse", "sample_period"),
+}  # fmt: skip
 """Bounded, but a minimum that goes with all other values does not exist: their descriptions tell the domain."""
 
 

@@ -164,6 +164,7 @@ def test_fmi3_names_the_time_where_it_acts(name):
     initial = declared_knowns(name, "3", "initialUnknowns")
     label = next(v.name for v in described(name, "3").modelVariables if v.causality == "independent")
     acts = name in (
+        "FeedbackInverse",
         "HoistingShaper",
         "InputShaper",
         "LimitedShaper",

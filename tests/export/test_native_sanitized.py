@@ -47,11 +47,15 @@ def reports(folder: Path) -> str:
     return "\n".join(file.read_text() for file in sorted(folder.glob("report*")))
 
 
-def test_all_native_tests_pass_under_the_sanitizers(tmp_path):
-    files = sorted(file for file in Path(__file__).parent.glob("test_native_*.py") if file.name not in NOT_HERE)
-    assert len(files) > 1
+FILES = sorted(file.name for file in Path(__file__).parent.glob("test_native_*.py") if file.name not in NOT_HERE)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_all_native_tests_pass_under_the_sanitizers(name, tmp_path):
+    """A run for each file: all in one would take longer than a test may, where the machine is slow."""
+    file = Path(__file__).with_name(name)
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-x", "-rs", str(file)]
     environment = sanitized_environment(tmp_path)
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-x", "-rs", *map(str, files)]
     done = subprocess.run(command, env=environment, cwd=Path(__file__).parents[2], capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{done.stdout[-5000:]}\n{done.stderr[-3000:]}\n{reports(tmp_path)[:5000]}"
     assert reports(tmp_path) == ""

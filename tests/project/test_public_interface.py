@@ -38,6 +38,12 @@ NAMES = {
         "parameter": "max_speed max_acceleration stop_deceleration criterion overshoot swing_source swing_tolerance damping_ratio "
         "gravity initial_speed initial_angle initial_rate",
     },
+    "FeedbackInverse": {
+        "input": "measurement",
+        "output": "feedback next_event_time",
+        "parameter": "natural_frequency damping_ratio sample_period inverse initial_measurement",
+        "calculatedParameter": "samples duration direct_share sample_share last_share peak_gain",
+    },
     "OperatorPanel": {
         "output": "speed stop next_event_time",
         "parameter": "presses press_time press_speed stop_time release_time",

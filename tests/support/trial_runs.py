@@ -16,6 +16,7 @@ from shaper_fmu.registry import components
 STEPS = 120
 STEP = 0.0371
 CHOSEN: dict[str, dict[str, Any]] = {
+    "FeedbackInverse": {"natural_frequency": 7.0, "damping_ratio": 0.2, "sample_period": 0.0173},
     "HoistingShaper": {"shaper": 2, "damping_ratio": 0.04, "gravity": 40.0},
     "InputShaper": {"shaper": 3, "modes": 2, "natural_frequency[1]": 5.0, "natural_frequency[2]": 13.0, "damping_ratio[1]": 0.1},
     "LimitedShaper": {"shaper": 3, "modes": 2, "natural_frequency[1]": 5.0, "natural_frequency[2]": 13.0},
