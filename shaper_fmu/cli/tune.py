@@ -137,6 +137,13 @@ def tune(
         int | None,
         typer.Option(help="Steps that the plant may take. Default: any.", parser=number("at least 1", lambda n: n >= 1, int)),
     ] = None,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume",
+            help="Go on with a tuning that was interrupted: runs kept in its folder are not made again.",
+        ),
+    ] = False,
     kinds: Annotated[
         list[str] | None, typer.Option("--kind", help="A shaper to choose from, such as zvd; repeatable. Default: all.")
     ] = None,
@@ -187,6 +194,7 @@ def tune(
         shaper-fmu tune ringing.csv --output position --for klipper --axis y
         shaper-fmu tune raw_data_x.csv --also raw_data_y.csv --for klipper
     """
+    from shaper_fmu.tune.kept_runs import FILE
     from shaper_fmu.tune.meter import Budget
     from shaper_fmu.tune.tuning import requirements_for
 
@@ -214,6 +222,8 @@ def tune(
     target: Path = output_folder(folder or Path(f"{plant.stem}_tuned"))
     start_values, beginning = pairs(settings, "--set", "mass=2"), pairs(start, "--start", "angle=0")
     if plant.suffix.lower() in _TABLES:
+        if resume:
+            raise typer.BadParameter("a measured response has no runs of a plant to go on from", param_hint="--resume")
         found = _of_table(
             plant,
             input_,
@@ -229,7 +239,7 @@ def tune(
         limits = Budget(steps, budget)
         of_plant = _of_plant(
             plant, input_, outputs, requirements, spread, start_values, beginning, amplitude=amplitude, duration=duration,
-            budget=limits, settle=settle,
+            budget=limits, settle=settle, keep=target / FILE, resume=resume,
         )  # fmt: skip
         found = {"": of_plant}
     several = len(found) > 1
@@ -246,7 +256,7 @@ def tune(
     if stopped is not None:
         message, code = end_message(stopped)
         verdicts = " and ".join(one.verdict.replace("_", " ") for one in found.values())
-        err.print(f"{message}: what was known is kept in {shown(into)}, and its verdict is {verdicts}")
+        err.print(f"{message}: what was known is kept in {shown(into)}, and its verdict is {verdicts}; --resume goes on")
         raise typer.Exit(code)
     if not all(good):
         raise typer.Exit(1)
@@ -287,6 +297,7 @@ def _of_plant(
     from shaper_fmu.master.alone import alone_system
     from shaper_fmu.master.fmu import load_fmu
     from shaper_fmu.ssp.archive import load_ssp
+    from shaper_fmu.tune.kept_runs import KeptRuns
     from shaper_fmu.tune.meter import BudgetError
     from shaper_fmu.tune.plant import Plant
     from shaper_fmu.tune.tuning_plant import check_budget, tune_plant
@@ -313,6 +324,9 @@ def _of_plant(
         plant = plant.beginning(beginning)
     with wrong_usage("--vary"):
         plant.nominal_values(spread)
+    if options["resume"]:
+        with wrong_usage("--resume"):
+            KeptRuns(options["keep"], plant.facts(spread), resume=True).close()
     with wrong_usage("--steps or --budget"):
         check_budget(plant, spread, options["budget"])
     try:
@@ -324,6 +338,6 @@ def _of_plant(
     except BudgetError as error:
         if plant.meter.stopped is None:
             raise
-        err.print(f"{error}; no mode was identified, and nothing is kept")
+        err.print(f"{error}; no mode was identified; what was measured is kept, and --resume goes on")
         raise typer.Exit(end_message(plant.meter.stopped)[1]) from None
     return found

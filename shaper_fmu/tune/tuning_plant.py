@@ -20,6 +20,7 @@ from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.result import fits, preferred
 from shaper_fmu.tune.choice.search import Candidate
 from shaper_fmu.tune.identify.range import PlantModes, identify_plant
+from shaper_fmu.tune.kept_runs import KeptRuns
 from shaper_fmu.tune.meter import Budget, BudgetError, Meter, Part
 from shaper_fmu.tune.plan import Cost, Plan, measured_cost, of_modes, plan_for
 from shaper_fmu.tune.plant import Plant
@@ -49,6 +50,8 @@ def tune_plant(
     say: Say = lambda _: None,
     budget: Budget | None = None,
     hear: Callable[[Part, int, int], None] | None = None,
+    keep: Path | str | None = None,
+    resume: bool = False,
     **options: Any,
 ) -> Tuning:
     """Find a shaper for an FMU's or a system's `input`, so that its `outputs` do not vibrate after a command.
@@ -66,13 +69,17 @@ def tune_plant(
         budget: what the experiments may take. The plan is told by `say` beforehand. What does not fit any more is left out:
             then the verdict is `not_verified`. Ctrl-C within a run of the plant ends the budget: what is known is kept.
         hear: called after each run of the plant with the part at work, the steps taken, and those that are expected in all.
+        keep: file in which the plant's runs are kept (SQLite), each as soon as it is made.
+        resume: whether to take the runs that are in that file, which take no steps then: a tuning that was interrupted, or whose
+            budget was spent, goes on, and its result is that of one that was not, bit for bit. Else they are deleted.
         options: of `experiment`.
 
     With a move in the requirements profiles are compared, too, and the plant makes the move. `Tuning.efforts` tells the steps
     of the plant and the time that each part has taken.
 
     Raises BudgetError where the budget allows no modes to be found, IdentificationError where the experiments do not support an
-    answer, ModelError for wrong names, SimulationError if the plant cannot be run.
+    answer, ModelError for wrong names, SimulationError if the plant cannot be run, ArgumentError where the runs to resume from are
+    those of another plant, input, range or version.
     """
     checked_mapping("spread", spread, '{"mass": 0.1} for 10 %')
     checked_mapping("start", start, '{"angle": 0.1}')
@@ -95,8 +102,20 @@ def tune_plant(
     say(f"note: {plan.words()}")
     plant.meter.hear, plant.meter.expected = hear, plan.steps
     plan.check(plant.meter.budget)
-    found = _tuned(plant, requirements, spread, amplitude, say, options)
-    return replace(found, efforts=plant.meter.efforts)
+    if keep is None:
+        if resume:
+            raise ArgumentError("resume = True needs a file to go on from: keep = ...")
+        return replace(_tuned(plant, requirements, spread, amplitude, say, options), efforts=plant.meter.efforts)
+    plant.kept = KeptRuns(keep, plant.facts(spread), resume=resume)
+    if plant.kept.resumed:
+        say(f"note: {plant.kept.resumed} runs of the plant are known from {keep}, and take no steps")
+    elif plant.kept.replaced:
+        say(f"note: the {plant.kept.replaced} runs of an earlier tuning in {keep} are replaced")
+    try:
+        return replace(_tuned(plant, requirements, spread, amplitude, say, options), efforts=plant.meter.efforts)
+    finally:
+        plant.kept.close()
+        plant.kept = None
 
 
 def check_budget(plant: Plant, spread: Mapping[str, float], budget: Budget) -> None:

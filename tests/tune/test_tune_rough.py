@@ -137,7 +137,7 @@ def test_a_time_to_settle_and_start_values():
     given = "--set", "w=10", "--set", "z=0.1", "--set", "pendulum=1", "--start", "q0=0.5", "--settle", "12", "--kind", "zvd"
     with tempfile.TemporaryDirectory() as folder:
         done = typed(
-            "tune", rough_fmu(), "--input", "u", "--output", "y", *given, "--no-report", "--output-folder", "out", cwd=folder
+            "tune", rough_fmu(), "--input", "u", "--output", "y", *given, "--no-report", "--output-folder", "out", cwd=Path(folder)
         )
         assert done.returncode == 0, done.stderr
         told = json.loads((Path(folder) / "out" / "tuning.json").read_text(encoding="utf-8"))

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from shaper_fmu.errors import SimulationError
-from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.master.system import System
 from shaper_fmu.tune.identify.excitation import Excitation
 from shaper_fmu.tune.identify.state import SettledRuns, Settling
 from shaper_fmu.tune.identify.unexcited import LESS, Unexcited
+from shaper_fmu.tune.kept_runs import run_key
 
 LINEAR = 1e-4
 """Nonlinearity that is small enough, where it can be had."""
@@ -69,6 +70,8 @@ class Experiment(Unexcited):
 
     settling: Settling = field(init=False)
     _rests: dict[tuple[float, ...], np.ndarray] = field(default_factory=dict)
+    _stateless: tuple[tuple[float, ...], SettledRuns] | None = None
+    """The last run without excitation, to be made again if states of it are needed, since only its outputs were kept."""
     _fails_at_shorter_steps: bool = False
 
     def __post_init__(self) -> None:
@@ -115,29 +118,73 @@ class Experiment(Unexcited):
             settled = round(excitation.start / step * substeps) - 1  # the excitation begins with the step after
             self._rests[key] = self._unexcited(key, unexcited, settled)
         rest, system = self._rests[key], self.plant.driven(excitation.table())
-        excited = self.settling.excited(key, system, self.plant.driven(unexcited), rest)
+        excited = self._from_states(key, system, unexcited, rest)
         if excited is None:
             excited = self._run(system, stop, step / substeps)
         return np.clip((excited - rest)[::substeps][first : first + samples], -_HUGE, _HUGE)
 
     def _run(self, system: System, stop: float, step: float) -> np.ndarray:
-        with Simulation(system, record=self.plant.outputs) as simulation:
-            return self.plant.values(self.plant.simulate(simulation, stop, step, self.point))
+        return self.plant.values(self.plant.made(system, self.plant.outputs, stop, step, self.point))
 
     def _unexcited(self, key: tuple[float, ...], table: np.ndarray, settled: int) -> np.ndarray:
         """Outputs at every communication step without excitation; states after `settled` steps are kept where that is worth it."""
         system = self.plant.driven(table)
-        step, stop = key[0] / key[2], key[1]
+        step, stop, self._stateless = key[0] / key[2], key[1], None
         if self.stands_still(stop):
             assert self._still is not None
             return np.tile(self._still[1], (number_of_rows(stop, step), 1))
         worth = settled >= _WORTH * stop / step and self.restored and self.settling.problem is None
         if worth and SettledRuns.serves(system):
             runs = SettledRuns(system, self.plant.outputs, settled)
-            found = self.settling.unexcited(key, runs, lambda: self.plant.values(self.plant.simulate(runs, stop, step, self.point)))
-            if found is not None:
-                return found
+            kept = self._kept(system, key, "at rest") if self.plant.kept else None
+            if kept is not None:
+                self.settling.close()
+                self._stateless = key, runs
+                return kept
+            return self._saving(key, runs, system)
         return self._run(system, stop, step)
+
+    def _saving(self, key: tuple[float, ...], runs: SettledRuns, system: System) -> np.ndarray:
+        """Outputs without excitation, of a run in which states are saved, if they can be."""
+        step, stop = key[0] / key[2], key[1]
+        found = self.settling.unexcited(key, runs, lambda: self.plant.values(self.plant.simulate(runs, stop, step, self.point)))
+        if found is None:
+            return self._run(system, stop, step)
+        self._keep(system, key, "at rest", found)
+        return found
+
+    def _from_states(self, key: tuple[float, ...], system: System, unexcited: np.ndarray, rest: np.ndarray) -> np.ndarray | None:
+        """Outputs with the excitation in a system, from the states saved on the way of the run without it; None without states.
+
+        Where such a run is kept but the states are not, which end with the process, that without excitation is made again.
+        """
+        stateless, still = self._stateless, self.plant.driven(unexcited)
+        if stateless is not None and stateless[0] != key:
+            self._stateless = None
+        if self.plant.kept is not None and (self._stateless is not None or self.settling.holds(key)):
+            kept = self._kept(system, key, "excited")
+            if kept is not None:
+                return kept
+        if self._stateless is not None:
+            runs, self._stateless = self._stateless[1], None
+            self._saving(key, runs, still)
+        found = self.settling.excited(key, system, still, rest)
+        if found is not None:
+            self._keep(system, key, "excited", found)
+        return found
+
+    def _kept(self, system: System, *key: Any) -> np.ndarray | None:
+        assert self.plant.kept is not None
+        known = self.plant.kept.found(self._key(system, key))
+        return known[0] if known is not None else None
+
+    def _keep(self, system: System, *key_and_values: Any) -> None:
+        if self.plant.kept is not None:
+            *key, values = key_and_values
+            self.plant.kept.keep(self._key(system, key), values)
+
+    def _key(self, system: System, key: Sequence[Any]) -> str:
+        return run_key(system, self.plant.outputs, sorted(self.plant.checked_point(self.point).items()), *key)
 
     def rounding(self) -> np.ndarray:
         """Size of the outputs' rounding errors in the runs without excitation, shape (m,)."""

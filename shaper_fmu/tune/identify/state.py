@@ -138,6 +138,10 @@ class Settling:
         """Whether runs that begin in saved states are at hand."""
         return self._runs is not None
 
+    def holds(self, key: Any) -> bool:
+        """Whether the runs at hand are those of this key."""
+        return self._runs is not None and self._key == key
+
     def close(self) -> None:
         """Free the runs at hand."""
         if self._runs is not None:

@@ -9,7 +9,6 @@ import numpy as np
 
 from shaper_fmu.master.events import treat_events
 from shaper_fmu.master.results import Results
-from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import Candidate
 from shaper_fmu.tune.plant import Plant
@@ -95,8 +94,5 @@ class CommandedRuns:
 
     def _run(self, wanted: Case, values: Mapping[str, float], stop: float) -> Results:
         system = wanted.system
-        given = {self.plant.full(name): value for name, value in values.items()}
-        options = {"start_values": given, "everywhere": treat_events(system, None).exact, **self.command.stepping(self.plant)}
-        with self.plant.meter.run(stop / self.step) as made, Simulation(system, record=self.outputs) as simulation:
-            made.append(simulation.run(stop, self.step, **options))  # a new one: not every FMU is like new after its reset
-        return made[0]
+        options = {"everywhere": treat_events(system, None).exact, **self.command.stepping(self.plant)}
+        return self.plant.made(system, self.outputs, stop, self.step, values, **options)

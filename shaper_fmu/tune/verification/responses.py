@@ -66,12 +66,9 @@ def simulated_responses(
     names = {name: plant.full(name) for name in outputs}
     runs = []
     for system in (one.system for one in shown):
-        for name, value in values.items():
-            system.set(plant.full(name), value)
-        options = {"record": list(names.values()), **command.stepping(plant)}
-        with plant.meter.run((command.start + end) / step) as made:
-            made.append(system.simulate(command.start + end, step, everywhere=treat_events(system, None).exact, **options))
-        runs.append((made[0], _on_grid(made[0].time, step)))
+        options = {"everywhere": treat_events(system, None).exact, **command.stepping(plant)}
+        made = plant.made(system, list(names.values()), command.start + end, step, values, **options)
+        runs.append((made, _on_grid(made.time, step)))
     (before, grid), (after, same) = runs
     late = np.flatnonzero(before.time[grid] >= command.start - _BEFORE * end)[::kept]
     found = {name: (before[full][grid[late]], after[full][same[late]]) for name, full in names.items()}
