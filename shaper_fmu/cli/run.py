@@ -23,6 +23,7 @@ from shaper_fmu.progress import progress
 if TYPE_CHECKING:
     from shaper_fmu.master.alone import Span
     from shaper_fmu.master.results import Results
+    from shaper_fmu.master.system import System
 
 
 @dataclass(frozen=True)
@@ -119,11 +120,11 @@ def run(
         for option, value in (("--variant", variant), ("--parameter-set", parameter_sets), ("--algorithm", algorithm)):
             if value:
                 raise typer.BadParameter("this is for systems, not for one FMU", param_hint=option)
-        name, results = _run_fmu(system, asked, interface, options)
+        name, results, wired = _run_fmu(system, asked, interface, options)
     else:
         if interface is not None:
             raise typer.BadParameter("this is for one FMU; a system tells its components' interfaces", param_hint="--interface")
-        name, results = _run_system(system, variant, parameter_sets or [], asked, algorithm, options)
+        name, results, wired = _run_system(system, variant, parameter_sets or [], asked, algorithm, options)
     last = [(name, *results.display(name)) for name in results.values]
     rows = [[name, f"{column[-1]:.6g}", unit] for name, column, unit in last]
     show(Table("", ["variable", "at the end", "unit"], rows, left_aligned=True))
@@ -132,12 +133,12 @@ def run(
         write(output)
         wrote(output)
     if report:
-        for path in write_report(report, f"Run of {name}", run_blocks(results)):
+        for path in write_report(report, f"Run of {name}", run_blocks(results, wired)):
             wrote(path)
 
 
-def _run_fmu(path: Path, asked: _Asked, interface: Interface | None, options: dict[str, Any]) -> tuple[str, Results]:
-    """The name and the results of one FMU; its variables have their own names."""
+def _run_fmu(path: Path, asked: _Asked, interface: Interface | None, options: dict[str, Any]) -> tuple[str, Results, System]:
+    """The name, the results and the system of one FMU; its variables have their own names."""
     from shaper_fmu.master.alone import alone_system, instance_name, plain_results, recorded, span_of
     from shaper_fmu.master.fmu import load_fmu
     from shaper_fmu.master.run_options import number_of_steps
@@ -160,7 +161,7 @@ def _run_fmu(path: Path, asked: _Asked, interface: Interface | None, options: di
             span.stop, span.step, start_time=span.start, record=recorded(system), progress=lambda t: update(t, span.stop), **options
         )
 
-    return path.stem, plain_results(_timed(path.stem, span, simulate), name)
+    return path.stem, plain_results(_timed(path.stem, span, simulate), name), system
 
 
 def _run_system(
@@ -170,8 +171,8 @@ def _run_system(
     asked: _Asked,
     algorithm: Algorithm | None,
     options: dict[str, Any],
-) -> tuple[str, Results]:
-    """The name and the results of the system of an archive or a folder."""
+) -> tuple[str, Results, System]:
+    """The name, the results and the system of an archive or a folder."""
     from shaper_fmu.master.alone import Span
     from shaper_fmu.master.run_options import number_of_steps
     from shaper_fmu.ssp.archive import load_ssp
@@ -210,7 +211,7 @@ def _run_system(
             **options,
         )
 
-    return loaded.system.name, _timed(loaded.system.name, span, simulate)
+    return loaded.system.name, _timed(loaded.system.name, span, simulate), loaded.system
 
 
 def _timed(name: str, span: Span, simulate: Any) -> Results:

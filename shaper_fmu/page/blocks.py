@@ -45,7 +45,15 @@ class Heading:
     text: str
 
 
-Block = Heading | Text | Table | Figure | Map | Panels
+@dataclass(frozen=True)
+class Drawing:
+    """A drawing as an SVG element, which has the colours of the text around it. It is put into the page as it stands."""
+
+    title: str
+    svg: str
+
+
+Block = Drawing | Heading | Text | Table | Figure | Map | Panels
 
 Progress = Callable[[float, float], None]
 """Called now and then with what is done, and of how much."""

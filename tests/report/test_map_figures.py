@@ -46,7 +46,7 @@ def test_a_page_with_maps_figures_and_words(tmp_path):
     resources = Resources()
     resources.feed(page)
     assert (resources.found, resources.tables) == ([], 1)
-    assert '<table class="left-aligned">' in page
+    assert '<table class="left-aligned ' in page
     assert ">&lt;b&gt;</td>" in page
     told = figures_of(page)["distance"]
     assert [name for name, _ in told["panels"]] == ["panel 0", "panel 1"]

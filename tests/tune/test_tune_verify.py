@@ -158,7 +158,9 @@ def test_boxes_come_from_experiments(fmus):
 
 def test_a_plant_that_swings_before_the_step_is_refused_with_numbers():
     """Released at 0 under a constant force of 30 it swings by 30 / k about 30 / k for ever."""
-    with pytest.raises(ComponentError, match=r"does not rest at 1 s, .* position swings by \+-0.3 m, .* give a time after which it rests"):
+    with pytest.raises(
+        ComponentError, match=r"does not rest at 1 s, .* position swings by \+-0.3 m, .* give a time after which it rests"
+    ):
         verified("zvd", {}, command=Command(30.0, 2.0, 1.0))
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from shaper_fmu.page.blocks import Block, Heading, Progress, Table, Text, write_report
 from shaper_fmu.page.figures import Figure, Map
+from shaper_fmu.report.run import system_drawing
 from shaper_fmu.report.sweep.curves import curve_blocks, robustness_table
 from shaper_fmu.report.sweep.data import SweepData, read_sweep
 from shaper_fmu.report.sweep.maps import map_blocks
@@ -45,7 +46,7 @@ def sweep_blocks(data: SweepData) -> list[Block]:
     extra = duration_variable(data.system)
     with Reruns(data, [extra] if extra else []) as reruns:
         nominal = reruns.nominal()
-        sections: dict[str, list[Block]] = {"Summary": summary_blocks(data)}
+        sections: dict[str, list[Block]] = {"Summary": [*summary_blocks(data), *system_drawing(data.system)]}
         sections["Yield"] = yield_blocks(data)
         sections["Robustness"] = curve_blocks(data)
         sections["Maps"] = map_blocks(data)

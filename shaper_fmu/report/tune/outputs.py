@@ -241,4 +241,5 @@ def _write_report(tuning: Tuning, folder: Path) -> list[Path]:
     from shaper_fmu.report.tune.report import tuning_blocks
 
     title = f"Tuning of {tuning.source}" + (f": {tuning.input} to {', '.join(tuning.outputs)}" if tuning.input else "")
-    return write_report(folder / REPORT, title, tuning_blocks(tuning))
+    system = shaped_system(tuning) if tuning.system is not None and tuning.good and tuning.candidate is not None else None
+    return write_report(folder / REPORT, title, tuning_blocks(tuning, system))

@@ -7,8 +7,10 @@ from dataclasses import replace
 from typing import Any
 
 from shaper_fmu.analysis.identification import CONTRADICTING
+from shaper_fmu.master.structure import SystemStructure
 from shaper_fmu.page.blocks import Block, Heading, Table, Text
 from shaper_fmu.report.modes import impulses_table
+from shaper_fmu.report.run import system_drawing
 from shaper_fmu.report.tune.choice import alternative_blocks, sensitivity_blocks, trade_off_blocks
 from shaper_fmu.report.tune.evidence import Evidence, evidence, recording_blocks, ring_down_blocks, spectrum_blocks
 from shaper_fmu.report.tune.modes import mode_blocks, percent
@@ -25,11 +27,11 @@ _PROVEN: tuple[Verdict, ...] = ("tuned", "nothing_fits")
 """Verdicts that do not contradict a bound for the modes found."""
 
 
-def tuning_blocks(tuning: Tuning) -> list[Block]:
-    """Blocks of the page; sections for which there is nothing are left out."""
+def tuning_blocks(tuning: Tuning, system: SystemStructure | None = None) -> list[Block]:
+    """Blocks of the page; sections for which there is nothing are left out. `system`: the shaped plant, to be drawn."""
     found, choice = evidence(tuning), tuning.choice
     sections: dict[str, list[Block]] = {
-        "Recommendation": recommendation_blocks(tuning),
+        "Recommendation": recommendation_blocks(tuning, system),
         "Modes": mode_blocks(tuning, found),
         "Spectrum": [*_fewer(tuning, found), *spectrum_blocks(found)],
         "Ring-down and fit": [*recording_blocks(tuning.measured, found.shown), *ring_down_blocks(found)],
@@ -49,12 +51,13 @@ def tuning_blocks(tuning: Tuning) -> list[Block]:
     return [replace(block, folded=True) if isinstance(block, Table) else block for block in shown]
 
 
-def recommendation_blocks(tuning: Tuning) -> list[Block]:
+def recommendation_blocks(tuning: Tuning, system: SystemStructure | None = None) -> list[Block]:
     """The verdict, the picture, and behind them the shaper with its start values."""
     blocks = opening_blocks(tuning)
     choice, candidate = tuning.choice, tuning.candidate
     if choice is None or candidate is None:
         return blocks
+    blocks += system_drawing(system) if system is not None else []
     blocks.append(summary_table(tuning, choice))
     if candidate.profile is not None:
         blocks.append(start_values_table("MotionProfile", candidate.profile.start_values()))
