@@ -37,8 +37,11 @@ SHORTEST = 1e-8
 """Share to which the shortest time is found."""
 SPARE = 2.0
 """Swings that a change may take beside the ramp and what the swing asks for."""
+GROWTH = 150.0
+"""Most that a wave's exponent grows by in the shortest time of a change; searches go to twice that: its square is a number."""
 OUT_OF_REACH = 2.0
 NONE = -1.0
+NEVER = 1e300
 
 
 class SpeedChange(Component):
@@ -74,12 +77,14 @@ def change_speed(m: SpeedChange, target: float, longest: float) -> float:
     if limit == 0.0:
         return NONE
     shortest = m.change / limit
+    if shortest > most_growth(m, 2.0 * GROWTH):  # what is left after a ramp so long that numbers do not tell its end
+        return NONE
     m.precision = COARSE
     share = missing(m, shortest)
     if share <= 1.0:
         blend(m, shortest, share)
         return shortest
-    longest = min(longest, shortest + most_swings(m) * 2.0 * math.pi / m.pole_frequency)
+    longest = min(longest, shortest + most_swings(m) * 2.0 * math.pi / m.pole_frequency, most_growth(m, 2.0 * GROWTH))
     inside = shortest
     outside = shortest
     while share > 1.0:
@@ -100,6 +105,12 @@ def change_speed(m: SpeedChange, target: float, longest: float) -> float:
         share = missing(m, inside)
     blend(m, inside, share)
     return inside
+
+
+def most_growth(m: SpeedChange, growth: float) -> float:
+    """The time [s] in which exp(sigma t) grows to exp(growth). What is heavily damped is forgotten long before, and numbers end at
+    exp(709)."""
+    return growth / m.pole_decay if m.pole_decay > 0.0 else NEVER
 
 
 def most_swings(m: SpeedChange) -> float:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 from shaper_fmu.component import State, Variable
-from shaper_fmu.speed_change import CUTS, HALF_SWINGS, NONE, SpeedChange, change_speed
+from shaper_fmu.speed_change import CUTS, GROWTH, HALF_SWINGS, NEVER, NONE, SpeedChange, change_speed, most_growth
 
 PIECES = 2 * CUTS + 2
-NEVER = 1e300
 
 
 class SpeedPlan(SpeedChange):
@@ -87,7 +86,7 @@ def begin_plan(m: SpeedPlan, speed: float, x: float, y: float) -> None:
 def add_excess(m: SpeedPlan, target: float) -> None:
     """A ramp, as far as a change to the target would span too many swings."""
     change = target - m.from_speed
-    time = abs(change) / m.pull - 0.5 * HALF_SWINGS * math.pi / m.pole_frequency
+    time = abs(change) / m.pull - min(0.5 * HALF_SWINGS * math.pi / m.pole_frequency, most_growth(m, GROWTH))
     if time > 0.0:
         add_ramp(m, time, math.copysign(m.pull, change))
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from shaper_fmu.cli import arguments as check
+from shaper_fmu.cli.compared import check_compared, compared_blocks
 from shaper_fmu.cli.fastest import design_fastest, write_segments
 from shaper_fmu.cli.frequencies import Frequencies, frequency_words, mode_words, natural_frequencies
 from shaper_fmu.cli.kept import Force, check_kept
@@ -70,11 +71,12 @@ class _Wanted:
 
 
 def design(
-    kind: Annotated[
-        str,
+    kinds: Annotated[
+        list[str],
         typer.Argument(
+            metavar="KIND",
             help=f"A shaper ({', '.join(SHAPERS + OFFLINE)}), a profile ({', '.join(PROFILES)}), "
-            f"or a pulse train ({', '.join(PULSES)})."
+            f"or a pulse train ({', '.join(PULSES)}); several shapers are compared.",
         ),
     ],
     natural_frequency: Annotated[
@@ -189,8 +191,10 @@ def design(
     With --modes, --tolerance is the share of the final values that may swing after the last impulse.
     Example: shaper-fmu design zvd --natural-frequency 5 --damping-ratio 0.1 --plot zvd.html
     Example: shaper-fmu design ei -f 0.8 -z 5% --tolerance 2%
+    Example: shaper-fmu design zv zvd ei -f 5 --plot kinds.html
     Example: shaper-fmu design fastest -w 5 --max-velocity 1 --max-acceleration 3 --segments move.csv
     """
+    kind, compared = kinds[0], list(dict.fromkeys(kinds))
     check_kept(plot, force, "--plot")
     check_kept(segments, force, "--segments")
     if kind != "fastest":
@@ -203,6 +207,10 @@ def design(
         for option, given in of_fastest.items():
             if given:
                 raise typer.BadParameter(f"this needs the kind fastest, not {kind}", param_hint=option)
+    if len(compared) > 1:
+        check_compared(
+            compared, [*SHAPERS, *OFFLINE], {"--modes": modes, "--or": other, "--settling": settling, "--segments": segments}
+        )
     if modes is not None:
         if natural_frequency or frequency or damping_ratio:
             raise typer.BadParameter("it takes the place of --natural-frequency and --damping-ratio", param_hint="--modes")
@@ -222,21 +230,33 @@ def design(
         0.05 if tolerance is None else tolerance, parameters, low, high,
         damping_range, distance, duration, max_velocity, max_acceleration, max_jerk, frequency_ratio, minimum_pulse_width,
     )  # fmt: skip
+    if len(compared) > 1:
+        with check.wrong_usage():
+            blocks = compared_blocks(wanted, compared, lambda one: _sequence(replace(wanted, kind=one)))
+        _show(blocks, wanted, damping_ratio)
+        if plot:
+            write_plot(plot, f"{', '.join(compared)} for {frequency_words(wanted.frequencies)}", blocks)
+        return
     with check.wrong_usage():
         deflections = deflection_limit or []
         move = _fastest(wanted, tolerance or 0.0, deflections, on_off_pulses) if kind == "fastest" else None
         blocks = _blocks(wanted) if move is None else _of_fastest(wanted, move)
-    if wanted.frequencies:
-        out.print(f"for {mode_words(wanted.frequencies, damping_ratio)}")
-    for block in blocks:
-        if isinstance(block, Table):
-            show(block)
+    _show(blocks, wanted, damping_ratio)
     if move is not None and segments is not None:
         write_segments(segments, move)
     if len(wanted.frequencies) > 1:
         out.print(f"The figures of merit are for the first mode, {frequency_words(wanted.frequencies[:1])}.")
     if plot:
         write_plot(plot, f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s", blocks)
+
+
+def _show(blocks: Sequence[Block], wanted: _Wanted, ratios: list[float] | None) -> None:
+    """Print for which modes, and the tables."""
+    if wanted.frequencies:
+        out.print(f"for {mode_words(wanted.frequencies, ratios)}")
+    for block in blocks:
+        if isinstance(block, Table):
+            show(block)
 
 
 def _fastest(wanted: _Wanted, tolerance: float, deflections: Sequence[float], pulses: int) -> FastestMove:
