@@ -328,7 +328,7 @@ def _of_plant(
         with wrong_usage("--resume"):
             KeptRuns(options["keep"], plant.facts(spread), resume=True).close()
     with wrong_usage("--steps or --budget"):
-        check_budget(plant, spread, options["budget"])
+        check_budget(plant, spread, options["budget"], requirements.move is not None)
     try:
         with progress("steps of the plant", err) as update:
             found = tune_plant(

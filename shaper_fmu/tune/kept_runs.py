@@ -31,6 +31,25 @@ _TABLES = """
 """
 
 
+class Memory:
+    """The runs of one tuning that may be asked for again, as far as they are not too many."""
+
+    def __init__(self) -> None:
+        self._runs: dict[str, tuple[np.ndarray, ...]] = {}
+        self._room = _MOST_VALUES
+
+    def found(self, key: str) -> tuple[np.ndarray, ...] | None:
+        """The arrays that were kept under a key; None for none."""
+        return self._runs.get(key)
+
+    def keep(self, key: str, *arrays: np.ndarray) -> None:
+        """Keep arrays under a key, if there is room."""
+        size = sum(one.size for one in arrays)
+        if size <= self._room:
+            self._room -= size
+            self._runs[key] = arrays
+
+
 class KeptRuns:
     """The runs in a file, which is made with the first one.
 

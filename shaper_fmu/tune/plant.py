@@ -70,22 +70,34 @@ class Plant(PlantInterface):
         return found.time[::substeps], self.values(found)[::substeps]
 
     def made(
-        self, system: System, record: list[str], stop_time: float, step: float, point: Mapping[str, Any], **options: Any
+        self,
+        system: System,
+        record: list[str],
+        stop_time: float,
+        step: float,
+        point: Mapping[str, Any],
+        *,
+        again: bool = False,
+        **options: Any,
     ) -> Results:
         """The run of a system with this plant at an operating point from time 0 on: one that is kept, or a new one, which is kept.
 
-        `options` are those of `Simulation.run`, `stepping` by default. One that is kept takes no steps.
+        `options` are those of `Simulation.run`, `stepping` by default. One that is kept takes no steps. With `again` it is kept in
+        memory, too: a verification of another shaper compares with the same runs.
         """
         given, options = self.checked_point(point), options or self.stepping
-        key = run_key(system, record, stop_time, step, sorted(given.items()), sorted(options.items())) if self.kept else ""
-        known = self.kept.found(key) if self.kept and key else None
+        key = run_key(system, record, stop_time, step, sorted(given.items()), sorted(options.items()))
+        known = self.memory.found(key) or (self.kept.found(key) if self.kept and key else None)
         if known is not None:
             return from_arrays(known, record)
         with self.meter.run(stop_time / step) as made, Simulation(system, record=record) as simulation:
             # a new one: not every FMU is like new after its reset
             made.append(simulation.run(stop_time, step, start_values=given, **options))
+        arrays = to_arrays(made[0], record)
+        if again and key:
+            self.memory.keep(key, *arrays)
         if self.kept and key:
-            self.kept.keep(key, *to_arrays(made[0], record))
+            self.kept.keep(key, *arrays)
         return made[0]
 
     def driven(self, table: np.ndarray) -> System:

@@ -16,7 +16,7 @@ from shaper_fmu.master.motion import motion_order
 from shaper_fmu.master.system import System
 from shaper_fmu.master.variables import kind_of
 from shaper_fmu.slips import checked_mapping, checked_names, checked_number
-from shaper_fmu.tune.kept_runs import KeptRuns
+from shaper_fmu.tune.kept_runs import KeptRuns, Memory
 from shaper_fmu.tune.meter import Meter
 
 _DEFAULT_DURATION = 10.0
@@ -42,6 +42,7 @@ class PlantInterface:
         self.meter: Meter = Meter()
         self.kept: KeptRuns | None = None
         """Where its runs are kept, and those that are there are taken from."""
+        self.memory: Memory = Memory()
         self.alone: bool = not isinstance(source, System)
         self.named: bool = bool(outputs)
         """Whether its outputs were named."""

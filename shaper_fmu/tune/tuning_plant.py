@@ -20,7 +20,7 @@ from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.result import fits, preferred
 from shaper_fmu.tune.choice.search import Candidate
 from shaper_fmu.tune.identify.range import PlantModes, identify_plant
-from shaper_fmu.tune.kept_runs import KeptRuns
+from shaper_fmu.tune.kept_runs import KeptRuns, Memory
 from shaper_fmu.tune.meter import Budget, BudgetError, Meter, Part
 from shaper_fmu.tune.plan import Cost, Plan, measured_cost, of_modes, plan_for
 from shaper_fmu.tune.plant import Plant
@@ -94,11 +94,12 @@ def tune_plant(
     requirements.check_impulses_only()
     plant = Plant.of(source, input, outputs, start_values).beginning(start or {})
     options["settle"] = settle
-    plant.meter = Meter(budget)
+    plant.meter, plant.memory = Meter(budget), Memory()
     if requirements.move is not None:
         order_of_input(plant, requirements.move)  # refuses what cannot follow a move
-    check_budget(plant, spread, plant.meter.budget)
-    plan = _plan(plant, spread, measured_cost(plant))
+    moves = requirements.move is not None
+    check_budget(plant, spread, plant.meter.budget, moves)
+    plan = _plan(plant, spread, measured_cost(plant), moves)
     say(f"note: {plan.words()}")
     plant.meter.hear, plant.meter.expected = hear, plan.steps
     plan.check(plant.meter.budget)
@@ -118,14 +119,14 @@ def tune_plant(
         plant.kept = None
 
 
-def check_budget(plant: Plant, spread: Mapping[str, float], budget: Budget) -> None:
-    """Raise BudgetError where not even the least fits the budget of steps; the plant is not run."""
-    _plan(plant, spread, Cost()).check(budget)
+def check_budget(plant: Plant, spread: Mapping[str, float], budget: Budget, moves: bool = False) -> None:
+    """Raise BudgetError where not even the least fits the budget of steps, with `moves` for a move; the plant is not run."""
+    _plan(plant, spread, Cost(), moves).check(budget)
 
 
-def _plan(plant: Plant, spread: Mapping[str, float], cost: Cost) -> Plan:
+def _plan(plant: Plant, spread: Mapping[str, float], cost: Cost, moves: bool) -> Plan:
     points = corners(plant.nominal_values(spread), spread)
-    return plan_for(len(points), sum(share > 0.0 for share in spread.values()), cost)
+    return plan_for(len(points), sum(share > 0.0 for share in spread.values()), cost, moves)
 
 
 def _tuned(
@@ -237,10 +238,14 @@ def _tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
     with plant.meter.part("verify"):
         if found.choice is not None:
             varied = sum(share > 0.0 for share in found.spread.values())
-            modes = found.choice.boxes, varied, found.choice.nearest.delay, found.command.start
-            plant.meter.expected = plant.meter.whole.steps + of_modes(*modes, usual=True).steps
+            nearest, moves = found.choice.nearest, asked.move is not None
+            lasting = nearest.delay
+            if nearest.profile is not None:
+                lasting = nearest.profile.duration + nearest.sequence.duration
+            modes = found.choice.boxes, varied, lasting, found.command.start
+            plant.meter.expected = plant.meter.whole.steps + of_modes(*modes, usual=True, moves=moves).steps
             if plant.meter.budget or plant.meter.stopped is not None:
-                plant.meter.allow(of_modes(*modes).steps, "verifying the shaper on the plant")
+                plant.meter.allow(of_modes(*modes, moves=moves).steps, "verifying the shaper on the plant")
         return tried(found, asked, plant)
 
 

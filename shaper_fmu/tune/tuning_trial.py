@@ -107,9 +107,20 @@ def arrival(found: Tuning) -> str:
     for name, before in zip(seen.outputs, seen.nominal.before, strict=True):
         values, after = nominal.outputs[name][1], nominal.time >= told
         middle = 0.5 * (values[after].max() + values[after].min())
-        outside = np.flatnonzero(np.abs(values - middle) > tolerance * before)
-        late = max(late, float(nominal.time[outside[-1]]) if len(outside) else 0.0)
+        late = max(late, _last_above(nominal.time, np.abs(values - middle), tolerance * before))
     return f". The nominal plant has arrived within the tolerance {late:.4g} s after the move's begin; the move takes {told:.4g} s"
+
+
+def _last_above(time: np.ndarray, sizes: np.ndarray, limit: float) -> float:
+    """When sizes (n,) at times (n,) fall below a limit for good, between the samples; 0 if they never are above it."""
+    above = np.flatnonzero(sizes > limit)
+    if not len(above):
+        return 0.0
+    last = int(above[-1])
+    if last + 1 == len(time):
+        return float(time[last])
+    part = (sizes[last] - limit) / (sizes[last] - sizes[last + 1])
+    return float(time[last] + part * (time[last + 1] - time[last]))
 
 
 def shortfall(found: Tuning, asked: Requirements) -> str:

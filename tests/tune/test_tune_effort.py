@@ -12,7 +12,9 @@ from command_line import typed
 from counted_spring import counted_spring, steps_counted
 
 from shaper_fmu.export.build import fmu_path
+from shaper_fmu.tune import Move
 from shaper_fmu.tune.meter import PARTS, Effort, Meter, effort_words
+from shaper_fmu.tune.plan import Cost, plan_for
 from shaper_fmu.tune.tuning import requirements_for
 from shaper_fmu.tune.tuning_plant import tune_plant
 from shaper_fmu.tune.verification.peaks import peak_to_peak
@@ -100,3 +102,15 @@ def test_a_report_tells_the_steps(spring):
     (table,) = (one for one in tuning_blocks(found) if isinstance(one, Table) and "time" in one.title)
     assert [row[0] for row in table.rows] == [*found.efforts, "all"]
     assert table.rows[-1][1] == str(sum(one.steps for one in found.efforts.values()))
+
+
+def test_a_move_takes_few_steps_and_the_plan_knows_them():
+    """A crane's move took 69,294 steps of its verification, at the abrupt move's step throughout, and a plan of 2,604."""
+    plant, spread = fmu_path("OverheadCrane", platforms=["this"]), {"initial_rope_length": 0.05}
+    requirements = requirements_for(spread, move=Move(2.0, max_velocity=1.0, max_acceleration=0.5))
+    found = tune_plant(plant, "trolley_acceleration", ["swing_angle"], spread=spread, requirements=requirements)
+    assert found.verdict == "tuned"
+    taken = found.efforts["verify"].steps
+    assert taken <= 25_000
+    told = plan_for(3, 1, Cost(), moves=True)
+    assert told.least["verify"].steps <= taken <= 1.5 * told.usual["verify"].steps

@@ -16,8 +16,10 @@ from shaper_fmu.tune.verification.command import Case, Command
 from shaper_fmu.tune.verification.move import MoveCommand
 from shaper_fmu.tune.verification.peaks import peak_to_peak
 
-_STEPS_OF_MOVE = 160
+STEPS_OF_MOVE = 160
 """The same where the input moves: an abrupt move of a 20th of the period is one of eight steps."""
+COARSER = 4
+"""Times that step where the input does not move abruptly: the plant without a command, and the move that is verified."""
 STEPS_PER_PERIOD = 24
 """Of the fastest mode, at first: a parabola through three samples misses a sine's peak by 1.1e-4 at most."""
 _PERIODS = 1.5
@@ -53,7 +55,7 @@ class CommandedRuns:
         self.plant: Plant = plant
         self.outputs: list[str] = [plant.full(name) for name in outputs]
         self.fastest: float = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes)
-        per_period = _STEPS_OF_MOVE if isinstance(command, MoveCommand) else STEPS_PER_PERIOD
+        per_period = STEPS_OF_MOVE if isinstance(command, MoveCommand) else STEPS_PER_PERIOD
         self.step: float = min(self.fastest / per_period, plant.longest_step)
         self.window: float = _PERIODS * 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
         self.command: Command | MoveCommand = command
@@ -63,7 +65,7 @@ class CommandedRuns:
     def record(self, case: str, values: Mapping[str, float], window: float) -> tuple[int, np.ndarray]:
         """The first row after the last change of the command, and the outputs at every communication step, shape (n, m)."""
         wanted = self.cases[case]
-        found = self._run(wanted, values, wanted.end + window)
+        found = self._run(wanted, values, wanted.end + window, self.step)
         grid = np.flatnonzero(np.diff(found.time, append=math.inf) > _SAME_TIME * self.step)  # of two values at a jump the last
         rows = self._on_grid(found.time[grid])
         kept = grid[rows]
@@ -84,15 +86,22 @@ class CommandedRuns:
         wanted = self.cases[case]
         system, last = wanted.system, wanted.end
         exact = treat_events(system, None).exact
-        found = self._run(wanted, values, last + window)
-        begin = last if exact else last + self.step  # without events the change comes a step later
-        after = int(np.searchsorted(found.time, begin + _SAME_TIME * self.step, "right"))
-        at = min(after - 1, int(np.searchsorted(found.time, last - _SAME_TIME * self.step))) if exact else after - 1
+        step = self._step_of(case)
+        found = self._run(wanted, values, last + window, step)
+        begin = last if exact else last + step  # without events the change comes a step later
+        after = int(np.searchsorted(found.time, begin + _SAME_TIME * step, "right"))
+        at = min(after - 1, int(np.searchsorted(found.time, last - _SAME_TIME * step))) if exact else after - 1
         firsts = [after if self.plant.follows(name) else at for name in self.outputs]
         half = 0.5 * wanted.scale
         return [half * peak_to_peak(found.time[n:], found[name][n:]) for name, n in zip(self.outputs, firsts, strict=True)]
 
-    def _run(self, wanted: Case, values: Mapping[str, float], stop: float) -> Results:
+    def _step_of(self, case: str) -> float:
+        """Communication step of a case [s]: of an abrupt move, which the step is for, or a longer one."""
+        if not isinstance(self.command, MoveCommand) or case == "before":
+            return self.step
+        return max(self.step, min(COARSER * self.step, self.plant.longest_step))
+
+    def _run(self, wanted: Case, values: Mapping[str, float], stop: float, step: float) -> Results:
         system = wanted.system
         options = {"everywhere": treat_events(system, None).exact, **self.command.stepping(self.plant)}
-        return self.plant.made(system, self.outputs, stop, self.step, values, **options)
+        return self.plant.made(system, self.outputs, stop, step, values, again=True, **options)

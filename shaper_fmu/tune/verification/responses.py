@@ -13,7 +13,7 @@ from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import Candidate
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.verification.command import Command
-from shaper_fmu.tune.verification.commanded import STEPS_PER_PERIOD
+from shaper_fmu.tune.verification.commanded import COARSER, STEPS_PER_PERIOD
 from shaper_fmu.tune.verification.move import MoveCommand
 
 _PERIODS = 5.0
@@ -60,6 +60,8 @@ def simulated_responses(
     slowest = 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
     fastest = 2.0 * math.pi / max(box.natural_frequency.high for box in boxes)
     shown = command.shown(plant, candidate)
+    if isinstance(command, MoveCommand):  # the step is for an abrupt move, which is not shown
+        step = max(step, min(COARSER * step, plant.longest_step))
     end = max(one.end for one in shown) - command.start + _PERIODS * slowest
     step /= max(1, math.ceil(step / (fastest / STEPS_PER_PERIOD) - 1e-9))
     kept = max(1, math.floor(max(fastest / STEPS_PER_PERIOD, end / _MOST_POINTS) / step))
