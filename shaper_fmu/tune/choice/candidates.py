@@ -77,7 +77,7 @@ class Design:
         """The impulses of all of them, convolved."""
         return convolve_all([factor.sequence for factor in self.factors])
 
-    @property
+    @cached_property
     def delay(self) -> float:
         """Delay of the last impulse [s]."""
         return sum(factor.sequence.duration for factor in self.factors)
@@ -145,12 +145,12 @@ class Designs:
     Attributes:
         plain: designs, of which the first is the unshaped command.
         by_mode: factors for each mode, for combinations of different kinds and with modes left alone; one list for each `_Way`.
-        left_out: what could not be designed.
+        left_out: what could not be designed, in this order, each once.
     """
 
     plain: list[Design] = field(default_factory=lambda: [Design(())])
     by_mode: list[list[list[Factor]]] = field(default_factory=list)
-    left_out: list[LeftOut] = field(default_factory=list)
+    left_out: dict[LeftOut, None] = field(default_factory=dict)
 
     def mixed(self) -> Iterator[Design]:
         """All combinations of a factor or none for each mode that are not plain."""
@@ -172,8 +172,7 @@ class Designs:
 
     def leave_out(self, name: str, reason: str) -> None:
         """Record a design that could not be made, once."""
-        if LeftOut(name, reason) not in self.left_out:
-            self.left_out.append(LeftOut(name, reason))
+        self.left_out[LeftOut(name, reason)] = None
 
     def add(self, factors: Sequence[Factor]) -> None:
         """Add a plain design that is new."""

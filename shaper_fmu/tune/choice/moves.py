@@ -49,7 +49,7 @@ def as_impulses(law: Profile, highest: float) -> ImpulseSequence:
     return ImpulseSequence(moves, (0.0, *times.tolist(), law.duration))
 
 
-def profiles(boxes: Sequence[ModeBox], requirements: Requirements, left_out: list[LeftOut]) -> Iterator[Profile]:
+def profiles(boxes: Sequence[ModeBox], requirements: Requirements, left_out: dict[LeftOut, None]) -> Iterator[Profile]:
     """Profiles of each kind whose V is less than that of all shorter ones of the kind, as far as a grid shows."""
     if requirements.move is None:
         return
@@ -63,11 +63,10 @@ def profiles(boxes: Sequence[ModeBox], requirements: Requirements, left_out: lis
         try:
             yield from _Kind(kind, requirements, mode, boxes, parts).improving(fastest, longest)
         except ComponentError as error:
-            entry = LeftOut(kind.replace("_", " "), str(error))
-            left_out += [entry] if entry not in left_out else []
+            left_out[LeftOut(kind.replace("_", " "), str(error))] = None
 
 
-def without_vibration(boxes: Sequence[ModeBox], requirements: Requirements, left_out: list[LeftOut]) -> Profile | None:
+def without_vibration(boxes: Sequence[ModeBox], requirements: Requirements, left_out: dict[LeftOut, None]) -> Profile | None:
     """The fastest move that keeps the tolerances on every mode alone, and so on all of them together; None where there is none.
 
     Each box is a band of frequencies at its least and at its largest damping ratio, and its nominal point is one more.
@@ -85,7 +84,7 @@ def without_vibration(boxes: Sequence[ModeBox], requirements: Requirements, left
         segments = {name: value for name, value in values.items() if name not in ("profile", "distance")}
         return profile(FASTEST, move.distance, **limits, **segments)
     except ComponentError as error:
-        left_out.append(LeftOut(FASTEST, str(error)))
+        left_out[LeftOut(FASTEST, str(error))] = None
         return None
 
 
