@@ -150,12 +150,9 @@ class _Search:
         found = []
         for part in np.array_split(np.arange(middle.size), 1 + middle.size * self._a.size // _CHUNK):
             found.append(self._cells(edge, middle[part], width[part]))
-            self._record(
-                edge,
-                np.clip(
-                    np.concatenate([middle[part] + width[part], middle[part], middle[part] - width[part]]), edge.low, edge.high
-                ),
-            )
+            ends = np.concatenate([middle[part] + width[part], middle[part] - width[part]])
+            w, phi = edge.polar(np.clip(ends, edge.low, edge.high))
+            self._record(w, phi, self._exponentials(w, phi) @ self._a)
         self.evaluations += middle.size
         return np.concatenate(found)
 
@@ -165,6 +162,7 @@ class _Search:
         terms = self._exponentials(w, phi)
         direction = 1j * np.exp(1j * phi) * (1.0 if edge.ray else 1j * w)
         value, slope = terms @ self._a, direction * (terms @ (self._a * self._s))
+        self._record(w, phi, value)
         sigma = lowest_w * np.sin(lowest_phi) * (1.0 - 1e-12)
         unit = _ULPS * (self._a.size + 8.0) * (1.0 + w * self._s[0])
         s0, s1, s2 = (self._sizes(sigma, power) * (1.0 + unit) for power in range(3))
@@ -181,10 +179,9 @@ class _Search:
         """S_k for each sigma, shape (n,)."""
         return np.exp(-np.multiply.outer(sigma, self._s)) @ (np.abs(self._a) * self._s**power)
 
-    def _record(self, edge: _Edge, x: np.ndarray) -> None:
+    def _record(self, w: np.ndarray, phi: np.ndarray, values: np.ndarray) -> None:
         """Keep the largest of |F| at these places, if it is the largest so far."""
-        w, phi = edge.polar(x)
-        sizes = np.abs(self._exponentials(w, phi) @ self._a)
+        sizes = np.abs(values)
         at = int(np.argmax(sizes))
         if sizes[at] > self.best:
             self.best, self.place = float(sizes[at]), (float(w[at]), float(phi[at]))
