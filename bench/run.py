@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 from bare_calls import loop_vs_bare_calls
+from choice import CHOICES
 from containers import container_vs_loop
 from first_run import first_run
 from harness import REPETITIONS, Row
@@ -39,6 +40,7 @@ PAIRS = (
     native_vs_handwritten_c,
     native_fmi3_vs_fmi2,
     tune_two_modes,
+    *CHOICES,
     *LIVE,
 )
 
