@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 Update = Callable[[float, float], None]
 """Called with what is done and the whole."""
@@ -42,6 +42,39 @@ def progress(what: str, console: Console) -> Iterator[Update]:
                 console.print(f"{what}: {done:g} of {total:g}")
 
         yield show
+
+
+PartsUpdate = Callable[[str, float, float], None]
+"""Called with a part of the work, what is done of it, and the whole of it."""
+
+
+@contextmanager
+def parts_progress(console: Console) -> Iterator[PartsUpdate]:
+    """A function to call with (part, done, total): a bar with the time left for each part, in the order of their begin.
+
+    A part may go on after others have begun. What is more than was expected makes the part's whole larger.
+    """
+    if console.is_terminal:
+        columns = _text("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+        with Progress(*columns, console=console, transient=True) as bar:
+            tasks: dict[str, TaskID] = {}
+
+            def show(part: str, done: float, total: float) -> None:
+                if part not in tasks:
+                    tasks[part] = bar.add_task(part, total=None)
+                bar.update(tasks[part], completed=round(done, 3), total=round(max(done, total), 3))
+
+            yield show
+    else:
+        last: dict[str, int] = {}
+
+        def tell(part: str, done: float, total: float) -> None:
+            quarter = int(4 * done / total) if total else 4
+            if quarter > last.get(part, -1) and quarter <= 4:
+                last[part] = quarter
+                console.print(f"{part}: {done:g} of {max(done, total):g}")
+
+        yield tell
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from shaper_fmu.cli.tune_results import print_result, write_for, write_results
 from shaper_fmu.console import err, out
 from shaper_fmu.machines.names import Machine
 from shaper_fmu.profiles.limits import NO_LIMIT
-from shaper_fmu.progress import progress
+from shaper_fmu.progress import parts_progress
 from shaper_fmu.tune.choice.requirements import Move
 
 if TYPE_CHECKING:
@@ -330,11 +330,9 @@ def _of_plant(
     with wrong_usage("--steps or --budget"):
         check_budget(plant, spread, options["budget"], requirements.move is not None)
     try:
-        with progress("steps of the plant", err) as update:
-            found = tune_plant(
-                plant, requirements=requirements, spread=spread, say=_say,
-                hear=lambda _, steps, expected: update(steps, max(steps, expected)), **options,
-            )  # fmt: skip
+        with parts_progress(err) as update:
+            hear = lambda part, steps, expected: update(f"{part}, steps of the plant", steps, expected)  # noqa: E731
+            found = tune_plant(plant, requirements=requirements, spread=spread, say=_say, hear=hear, **options)
     except BudgetError as error:
         if plant.meter.stopped is None:
             raise

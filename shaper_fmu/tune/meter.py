@@ -66,14 +66,14 @@ class Meter:
         efforts: by part, in the order of `PARTS`.
         budget: see `Budget`; its time begins with the meter.
         stopped: the Ctrl-C after which no further run is begun.
-        expected: steps of the whole work, as far as the plan knows.
-        hear: called after each run with the part at work, the steps of all parts, and those expected.
+        expected: steps of each part, as far as the plan knows.
+        hear: called after each run with the part at work, the steps that it has taken, and those that are expected of it.
     """
 
     def __init__(self, budget: Budget | None = None) -> None:
         self.budget: Budget = budget or Budget()
         self.stopped: KeyboardInterrupt | None = None
-        self.expected: int = 0
+        self.expected: dict[Part, int] = {}
         self.hear: Callable[[Part, int, int], None] | None = None
         self._begun: float = time.perf_counter()
         self._efforts: dict[Part, Effort] = {}
@@ -154,7 +154,8 @@ class Meter:
         if self._parts:
             self._add(self._parts[-1], Effort(steps, 1, 0.0, stepping))
             if self.hear is not None:
-                self.hear(self._parts[-1], self.whole.steps, self.expected)
+                part = self._parts[-1]
+                self.hear(part, self._efforts[part].steps, self.expected.get(part, 0))
 
     def merge(self, efforts: Mapping[Part, Effort]) -> None:
         """Count what another process has done, too."""

@@ -68,7 +68,7 @@ def tune_plant(
         settle: time that the plant needs from there until it rests, before each experiment and command [s].
         budget: what the experiments may take. The plan is told by `say` beforehand. What does not fit any more is left out:
             then the verdict is `not_verified`. Ctrl-C within a run of the plant ends the budget: what is known is kept.
-        hear: called after each run of the plant with the part at work, the steps taken, and those that are expected in all.
+        hear: called after each run of the plant with the part at work, the steps it has taken, and those that are expected of it.
         keep: file in which the plant's runs are kept (SQLite), each as soon as it is made.
         resume: whether to take the runs that are in that file, which take no steps then: a tuning that was interrupted, or whose
             budget was spent, goes on, and its result is that of one that was not, bit for bit. Else they are deleted.
@@ -101,7 +101,7 @@ def tune_plant(
     check_budget(plant, spread, plant.meter.budget, moves)
     plan = _plan(plant, spread, measured_cost(plant), moves)
     say(f"note: {plan.words()}")
-    plant.meter.hear, plant.meter.expected = hear, plan.steps
+    plant.meter.hear, plant.meter.expected = hear, {name: one.steps for name, one in plan.usual.items()}
     plan.check(plant.meter.budget)
     if keep is None:
         if resume:
@@ -243,7 +243,8 @@ def _tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
             if nearest.profile is not None:
                 lasting = nearest.profile.duration + nearest.sequence.duration
             modes = found.choice.boxes, varied, lasting, found.command.start
-            plant.meter.expected = plant.meter.whole.steps + of_modes(*modes, usual=True, moves=moves).steps
+            taken = plant.meter.efforts["verify"].steps
+            plant.meter.expected["verify"] = taken + of_modes(*modes, usual=True, moves=moves).steps
             if plant.meter.budget or plant.meter.stopped is not None:
                 plant.meter.allow(of_modes(*modes, moves=moves).steps, "verifying the shaper on the plant")
         return tried(found, asked, plant)
