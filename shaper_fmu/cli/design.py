@@ -247,7 +247,9 @@ def design(
     if len(wanted.frequencies) > 1:
         out.print(f"The figures of merit are for the first mode, {frequency_words(wanted.frequencies[:1])}.")
     if plot:
-        write_plot(plot, f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s", blocks)
+        write_plot(
+            plot, f"{kind} for {', '.join(f'{w:g}' for w in wanted.frequencies) or '10'} rad/s", [*blocks, *_panel(wanted, plot)]
+        )
 
 
 def _show(blocks: Sequence[Block], wanted: _Wanted, ratios: list[float] | None) -> None:
@@ -310,6 +312,18 @@ def _blocks(wanted: _Wanted) -> list[Block]:
         return [*_proven(wanted, pulses), *pulse_blocks(wanted.kind, pulses, mode)]
     sequence = _sequence(wanted)
     return [*_proven(wanted, sequence), *shaper_blocks(wanted.kind, sequence, mode)]
+
+
+def _panel(wanted: _Wanted, plot: Path) -> list[Block]:
+    """The live page with this shaper, and its modes as the plant."""
+    if wanted.kind not in SHAPERS or plot.suffix.lower() not in check.PAGE:
+        return []
+    from shaper_fmu.live.panel import live_panel
+
+    ratios = wanted.ratios if len(wanted.ratios) > 1 else wanted.ratios * len(wanted.frequencies)
+    modes = list(zip(wanted.frequencies, ratios, strict=False))
+    given = [(w, w, w) for w, _ in modes], [(zeta, zeta, zeta) for _, zeta in modes]
+    return live_panel(wanted.kind, modes, wanted.tolerance, *given)
 
 
 def _proven(wanted: _Wanted, command: ImpulseSequence | PulseSequence) -> list[Block]:

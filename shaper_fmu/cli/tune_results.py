@@ -38,12 +38,13 @@ def print_result(found: Tuning) -> None:
 
 def write_results(found: Tuning, wanted: Path, report: bool, say: Callable[[str], None]) -> Path:
     """Write the files of a tuning into the folder, or into another one beside it, which is returned."""
+    from shaper_fmu.live.panel import tuning_panel
     from shaper_fmu.report.tune.outputs import folder_for, is_plain, left_over, write_tuning
 
     target = folder_for(found, wanted)
     if target != wanted:
         err.print(f"note: {shown(wanted)} keeps its tuning: it is another plant's, or good, which this one is not")
-    written = write_tuning(found, target, report=report, say=say)
+    written = write_tuning(found, target, report=report, say=say, panel=tuning_panel)
     for path in written:
         if path.suffix != ".png":
             plain = ["plain: it needs the values in shaper.ssv"] if is_plain(path) else []

@@ -59,17 +59,39 @@ def write_live_page(path: Path | str, own: Sequence[type[Component]] = ()) -> Pa
         raise ShaperFmuError(f"{path}: this is a page, and its file's name ends with .html")
     plants = plants_of(own)
     first = own[0].__name__ if own else next(iter(plants))
-    text = jinja2.Template(_STATIC.joinpath("page.html").read_text(encoding="utf-8")).render(
-        style="\n".join([chart_style(), _text("page.css")]),
-        script="\n".join([chart_script(), LOADER.read_text(encoding="utf-8"), *map(_text, _SCRIPTS)]),
-        data=json.dumps(page_data(plants, first), separators=(",", ":")).replace("</", "<\\/"),
-        begin=_BEGIN,
-        version=f"shaper-fmu {__version__}",
-    )
+    text = page_of(page_data(plants, first))
     path.parent.mkdir(parents=True, exist_ok=True)
     with draft_of(path) as draft:
         draft.write_text(text, encoding="utf-8")
     return path
+
+
+def page_of(data: dict[str, Any]) -> str:
+    """The page with this data."""
+    return jinja2.Template(_text("page.html")).render(
+        style="\n".join([chart_style(), _text("page.css")]),
+        script="\n".join([chart_script(), LOADER.read_text(encoding="utf-8"), *map(_text, _SCRIPTS)]),
+        data=json.dumps(data, separators=(",", ":")).replace("<", "\\u003c"),
+        begin=_BEGIN,
+        version=f"shaper-fmu {__version__}",
+    )
+
+
+def panel_data(plant: Plant, start: dict[str, Any]) -> dict[str, Any]:
+    """The data of a page about one design: a step, shapers, one plant, and the state in which it begins."""
+    components = find_component("InputShaper"), ShaperCurve, plant.component
+    name = plant.component.__name__
+    return {
+        "kernels": {component.__name__: _kernel(component) for component in components},
+        "plants": {name: plant.described()},
+        "firstPlant": name,
+        "commands": [{"title": "step", "items": [["step", "step"]]}],
+        "shapers": _shapers(),
+        "timed": [],
+        "presets": [],
+        "start": start,
+        "floor": json.loads(TABLE.read_text(encoding="utf-8")),
+    }
 
 
 def plants_of(own: Sequence[type[Component]] = ()) -> dict[str, Plant]:
@@ -110,11 +132,15 @@ def page_data(plants: dict[str, Plant], first: str) -> dict[str, Any]:
             {"title": "motion profiles", "items": [[name, _words(name)] for name in PROFILES if name not in _LEFT_OUT]},
             {"title": "pulse trains", "items": [[f"pulses:{name}", _words(name)] for name in PULSES]},
         ],
-        "shapers": [["none", "none"], *([name, _words(name)] for name in SHAPERS)],
+        "shapers": _shapers(),
         "timed": [name for name, record in PULSES.items() if record.timed],
         "presets": examples,
         "floor": json.loads(TABLE.read_text(encoding="utf-8")),
     }
+
+
+def _shapers() -> list[list[str]]:
+    return [["none", "none"], *([name, _words(name)] for name in SHAPERS)]
 
 
 def _kernel(component: type[Component]) -> dict[str, Any]:

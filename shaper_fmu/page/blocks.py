@@ -53,7 +53,15 @@ class Drawing:
     svg: str
 
 
-Block = Drawing | Heading | Text | Table | Figure | Map | Panels
+@dataclass(frozen=True)
+class Live:
+    """A page inside of the page, which runs WebAssembly: it is behind its title until a reader opens it."""
+
+    title: str
+    page: str
+
+
+Block = Drawing | Heading | Live | Text | Table | Figure | Map | Panels
 
 Progress = Callable[[float, float], None]
 """Called now and then with what is done, and of how much."""
@@ -116,6 +124,7 @@ def page_text(title: str, blocks: Sequence[Block]) -> str:
         style=markupsafe.Markup("\n".join(style)),
         script=markupsafe.Markup("\n".join(scripts)),
         figures=len(scripts) > 1,
+        live=Live in kinds,
         blocks=[(type(block).__name__, block) for block in blocks],
         drawn=lambda block: interactive(block) if isinstance(block, Figure) else interactive_map(block),
     )

@@ -52,6 +52,7 @@ class LivePage {
     choice(this.by("copy-as"), Object.entries(COPIES).map(([key, [title]]) => [key, title]), "python", () => this.showCopy());
     this.by("copy-box").ontoggle = () => this.showCopy();
     this.by("copy").onclick = () => this.copy(this.copyText(), "Copied");
+    this.by("link").hidden = location.protocol === "about:";
     this.by("link").onclick = () => {
       this.keepHash();
       this.copy(location.href, "Link copied");
@@ -164,7 +165,7 @@ class LivePage {
   }
 
   keepHash() {
-    history.replaceState(null, "", `#${hashOf(this.state)}`);
+    if (location.protocol !== "about:") history.replaceState(null, "", `#${hashOf(this.state)}`); // inside a report it has no address
   }
 
   makeCharts() {

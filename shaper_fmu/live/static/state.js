@@ -13,7 +13,7 @@ const LIMITS = {
 };
 
 function startState(page, plant = page.firstPlant) {
-  return {
+  const usual = {
     command: "step",
     size: 1,
     duration: 1,
@@ -26,6 +26,7 @@ function startState(page, plant = page.firstPlant) {
     output: 0,
     parameters: page.plants[plant].sliders.map((slider) => slider.start),
   };
+  return { ...usual, ...structuredClone(page.start) }; // of a page about one design
 }
 
 function hashOf(state) {

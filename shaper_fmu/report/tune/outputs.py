@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from shaper_fmu.archives import write_file
 from shaper_fmu.container.wrap import other_starts, wrap
@@ -27,19 +27,27 @@ from shaper_fmu.tune.tuning_json import write_json
 from shaper_fmu.tune.verification.command import even_width
 from shaper_fmu.tune.verification.move import MoveCommand
 
+if TYPE_CHECKING:
+    from shaper_fmu.page.blocks import Block
+
 _PLAIN = "InputShaper.fmu"
 REPORT, NUMBERS, PARAMETERS, MOVE, ARCHIVE = "report.html", "tuning.json", "shaper.ssv", "move.ssv", "shaped_plant.ssp"
+Panel = Callable[[Tuning], Sequence["Block"]]
+"""Makes the live panel of the report, such as `shaper_fmu.live.tuning_panel`."""
 _STEPS, _PERIODS = 200, 5.0
 _ABRUPT = 0.01
 """Duration of the reference's move, in periods of the fastest mode: nearly a step, as in the verification."""
 
 
-def write_tuning(tuning: Tuning, folder: Path | str, *, report: bool = True, say: Say = lambda _: None) -> list[Path]:
+def write_tuning(
+    tuning: Tuning, folder: Path | str, *, report: bool = True, say: Say = lambda _: None, panel: Panel = lambda _: []
+) -> list[Path]:
     """Write all files of a tuning into a folder; returns the paths.
 
     tuning.json and, with `report`, report.html and its pictures are always written; the shaper's FMU and shaper.ssv where
     there is a recommendation, shaped_plant.ssp where there is a plant, too, and an archive can hold it, and <plant>_shaped.fmu,
     which takes the plant's place, where that is an FMU that a container can run (else `say` tells why).
+    `panel` makes the live panel of the report; `shaper_fmu.live.tuning_panel` does.
     With a verdict that is not good each of these files begins its description with `Tuning.caveat`.
     Raises ShaperFmuError if something cannot be written.
     """
@@ -53,7 +61,7 @@ def write_tuning(tuning: Tuning, folder: Path | str, *, report: bool = True, say
     written.append(write_json(folder / NUMBERS, tuning))
     if report:
         say("writing the report")
-        written += _write_report(tuning, folder)
+        written += _write_report(tuning, folder, panel(tuning))
     return written
 
 
@@ -236,10 +244,10 @@ def _boxes(tuning: Tuning) -> tuple[ModeBox, ...]:
     return tuning.choice.boxes
 
 
-def _write_report(tuning: Tuning, folder: Path) -> list[Path]:
+def _write_report(tuning: Tuning, folder: Path, panel: Sequence[Block]) -> list[Path]:
     from shaper_fmu.page.blocks import write_report
     from shaper_fmu.report.tune.report import tuning_blocks
 
     title = f"Tuning of {tuning.source}" + (f": {tuning.input} to {', '.join(tuning.outputs)}" if tuning.input else "")
     system = shaped_system(tuning) if tuning.system is not None and tuning.good and tuning.candidate is not None else None
-    return write_report(folder / REPORT, title, tuning_blocks(tuning, system))
+    return write_report(folder / REPORT, title, tuning_blocks(tuning, system, panel))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -27,11 +27,14 @@ _PROVEN: tuple[Verdict, ...] = ("tuned", "nothing_fits")
 """Verdicts that do not contradict a bound for the modes found."""
 
 
-def tuning_blocks(tuning: Tuning, system: SystemStructure | None = None) -> list[Block]:
-    """Blocks of the page; sections for which there is nothing are left out. `system`: the shaped plant, to be drawn."""
+def tuning_blocks(tuning: Tuning, system: SystemStructure | None = None, panel: Sequence[Block] = ()) -> list[Block]:
+    """Blocks of the page; sections for which there is nothing are left out.
+
+    `system` is the shaped plant, to be drawn; `panel` the live panel.
+    """
     found, choice = evidence(tuning), tuning.choice
     sections: dict[str, list[Block]] = {
-        "Recommendation": recommendation_blocks(tuning, system),
+        "Recommendation": recommendation_blocks(tuning, system, panel),
         "Modes": mode_blocks(tuning, found),
         "Spectrum": [*_fewer(tuning, found), *spectrum_blocks(found)],
         "Ring-down and fit": [*recording_blocks(tuning.measured, found.shown), *ring_down_blocks(found)],
@@ -51,12 +54,13 @@ def tuning_blocks(tuning: Tuning, system: SystemStructure | None = None) -> list
     return [replace(block, folded=True) if isinstance(block, Table) else block for block in shown]
 
 
-def recommendation_blocks(tuning: Tuning, system: SystemStructure | None = None) -> list[Block]:
+def recommendation_blocks(tuning: Tuning, system: SystemStructure | None = None, panel: Sequence[Block] = ()) -> list[Block]:
     """The verdict, the picture, and behind them the shaper with its start values."""
     blocks = opening_blocks(tuning)
     choice, candidate = tuning.choice, tuning.candidate
     if choice is None or candidate is None:
         return blocks
+    blocks += panel
     blocks += system_drawing(system) if system is not None else []
     blocks.append(summary_table(tuning, choice))
     if candidate.profile is not None:
