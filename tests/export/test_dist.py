@@ -58,8 +58,8 @@ def run(command: list[str], **options) -> str:
 
 
 @pytest.fixture(scope="module")
-def clean(tmp_path_factory) -> Path:
-    """A fresh environment with nothing but the wheel and what it requires."""
+def wheel(tmp_path_factory) -> Path:
+    """The wheel, as `make dist` builds it."""
     folder = tmp_path_factory.mktemp("dist")
     source = folder / "source"
     for name in PACKED:
@@ -71,11 +71,22 @@ def clean(tmp_path_factory) -> Path:
         run([sys.executable, "-m", f"shaper_fmu.{part}"], cwd=source, env={**os.environ, "PYTHONPATH": str(source)})
     run([*pip(), "wheel", "--no-deps", "--wheel-dir", str(folder), "."], cwd=source)
     shutil.rmtree(source)
-    venv.create(folder / "environment", with_pip=False)
-    python = folder / "environment" / "bin" / "python"
-    wheel = next(folder.glob("*.whl"))
-    assert wheel.name.startswith(f"shaper_fmu-{shaper_fmu.__version__}-")
-    run([*pip(), "--python", str(python), "install", str(wheel)])
+    found = next(folder.glob("*.whl"))
+    assert found.name.startswith(f"shaper_fmu-{shaper_fmu.__version__}-")
+    return found
+
+
+@pytest.fixture(scope="module")
+def clean(wheel) -> Path:
+    """A fresh environment with nothing but the wheel and what it requires."""
+    return environment(wheel.parent / "environment", str(wheel))
+
+
+def environment(folder: Path, *requirements: str) -> Path:
+    """The python of a fresh environment with what is required."""
+    venv.create(folder, with_pip=False)
+    python = folder / "bin" / "python"
+    run([*pip(), "--python", str(python), "install", *requirements])
     return python
 
 
