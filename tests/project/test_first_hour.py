@@ -1,12 +1,10 @@
-"""The first hour of a new user: a fresh environment from the wheel, then look, decide, run, sweep, tune, and a notebook; and the sdist.
+"""The first hour of a new user: a fresh environment from the wheel, then look, decide, run, sweep and report; and the sdist.
 
-Nothing of this checkout is there but files that a user downloads: the wheel, a notebook, a recording.
+Nothing of this checkout is there but the wheel.
 """
 
 from __future__ import annotations
 
-import math
-import re
 import subprocess
 import tarfile
 from pathlib import Path
@@ -15,20 +13,13 @@ import pytest
 from test_dist import ROOT, environment, run, wheel  # noqa: F401 - a fixture
 
 pytestmark = pytest.mark.thorough
-NOTEBOOK = """
-import sys, nbformat
-from nbclient import NotebookClient
-book = nbformat.read(sys.argv[1], as_version=4)
-NotebookClient(book, timeout=300, kernel_name="python3", resources={"metadata": {"path": "."}}).execute()
-print("".join(o["text"] for cell in book.cells for o in cell.get("outputs", []) if o.output_type == "stream"))
-"""
 
 
 @pytest.fixture(scope="module")
 def user(wheel, tmp_path_factory):  # noqa: F811
     """What the user types, in a folder of his, without compiler or checkout; returns what is printed."""
     folder = tmp_path_factory.mktemp("user")
-    python = environment(wheel.parent / "user", f"{wheel}[report,pandas]", "nbclient", "ipykernel")
+    python = environment(wheel.parent / "user", f"{wheel}[report]")
     variables = {"PATH": str(python.parent), "HOME": str(folder), "SHAPER_FMU_CACHE": str(folder / "cache"), "MPLBACKEND": "agg"}
 
     def type_(*words: str) -> str:
@@ -59,27 +50,6 @@ def test_the_first_hour(user):
     user("shaper-fmu", "export", "s.sqlite", "--output", "runs.csv")
     for page in ("kinds.html", "run.html", "sweep.html"):
         assert 10_000 < (folder / page).stat().st_size < 1_000_000, page
-
-
-def test_tune_an_fmu_and_a_recording(user):
-    """The recording is 5 rad/s with the damping ratio 0.02; shaper-fmu tells both again."""
-    user("shaper-fmu", "build", "MassSpringDamper", "--output", ".")
-    said = user("shaper-fmu", "tune", "MassSpringDamper.fmu", "--input", "force", "--output", "position")
-    assert "tuned" in said
-    rows = [(0.02 * k, math.exp(-0.1 * 0.02 * k) * math.cos(5.0 * 0.02 * k)) for k in range(1500)]
-    (user.folder / "ringing.csv").write_text("time,x\n" + "".join(f"{t},{x}\n" for t, x in rows))
-    said = user("shaper-fmu", "tune", "ringing.csv", "--output", "x")
-    assert re.search(r"\b(5|5\.00\d*|4\.99\d*)\b", said), said
-
-
-def test_a_notebook_and_the_readme(user):
-    (user.folder / "notebook.py").write_text(NOTEBOOK)
-    assert "of the frequency" in user("python", "notebook.py", str(ROOT / "examples" / "notebook_1_shapers.ipynb"))
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
-    assert blocks
-    user("shaper-fmu", "build", "InputShaper", "MassSpringDamper")  # as the README says, into fmus/
-    for block in blocks:
-        user("python", "-c", block)
 
 
 def test_the_sdist(tmp_path):
