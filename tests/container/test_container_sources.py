@@ -40,7 +40,7 @@ def test_gcc_has_no_warning(fmi, tmp_path):
 
 
 @both_versions
-@pytest.mark.representatives(platform=["x86_64-linux", "i686-windows"])
+@pytest.mark.representatives(platform=["x86_64-linux"])  # a first one for Windows takes minutes
 @pytest.mark.parametrize("platform", PLATFORMS)
 def test_clang_has_no_warning_on_any_platform(platform, fmi, tmp_path):
     command = [

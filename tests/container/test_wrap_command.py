@@ -218,7 +218,7 @@ def test_a_tuning_without_a_shaper_is_refused(plants, tmp_path, changes, problem
         ([], "name the input that is shaped. Known: force."),
         (["--input", "forc"], "Did you mean 'force'?"),  # before what else is lacking
         (["--input", "forc", *TUNED], "Did you mean 'force'?"),
-        (["--input", "force"], "the shaper zv needs --set natural_frequency=... [rad/s], or --tuned"),
+        (["--input", "force"], "the shaper zv needs --set natural_frequency=... [rad/s], --frequency [Hz], or --tuned"),
         (["--input", "force", "--input", "force", *TUNED], "input force is named twice"),
         (["--input", "force", "--shaper", "zvx", *TUNED], "'zvx' is not a value of shaper"),
         (["--input", "force", "--set", "frequency=4", *TUNED], "has no input or parameter 'frequency'"),

@@ -251,3 +251,29 @@ def test_files_that_make_no_sense(tmp_path, text, words):
         read_table(path)
     with pytest.raises(IdentificationError, match=r"none\.csv: No such file"):
         read_table(tmp_path / "none.csv")
+
+
+def modes_of(hertz: list[float], zeta: float = 0.01, duration: float = 12.0, h: float = 0.002) -> tuple[Table, np.ndarray]:
+    """A ring-down of modes whose amplitudes are 1, 1/2, 1/3, ...; and their poles."""
+    t, w = np.arange(0.0, duration, h), 2.0 * math.pi * np.array(hertz)
+    poles = w * complex(-zeta, math.sqrt(1.0 - zeta * zeta))
+    phases = np.random.default_rng(10).uniform(0.0, 2.0 * math.pi, len(w))
+    motion = (np.exp(np.outer(t, poles) + 1j * phases) / np.arange(1, len(w) + 1)).real.sum(axis=1)
+    return Table({"time": t, "x": motion}), poles
+
+
+@pytest.mark.parametrize(
+    "hertz",
+    [
+        [1.0, 2.0, 3.0, 4.0, 5.0],  # each a sum of two others, and damped as such sums are
+        [1.1, 1.9, 2.8, 4.1, 5.6, 7.7],
+        pytest.param([1.1, 1.9, 2.8, 4.1, 5.6, 7.7, 10.3, 13.9, 18.2, 24.0], marks=pytest.mark.thorough),
+        pytest.param([2.0, 5.0, 8.0, 10.0, 15.0, 23.0, 31.0, 38.0, 46.0, 55.0], marks=pytest.mark.thorough),
+    ],
+)
+def test_modes_at_sums_of_others_are_modes(hertz):
+    """Frequencies that people choose are round numbers: 4.1 = 1.1 + 1.1 + 1.9 is by chance, and the part is too large for a harmonic."""
+    given, poles = modes_of(hertz)
+    found = identify_measured(given)
+    assert [mode.pole for mode in found.identification.modes] == pytest.approx(poles.tolist(), rel=1e-6)
+    assert [one.code for one in found.findings] == ["found_free"]

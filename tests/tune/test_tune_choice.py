@@ -214,7 +214,7 @@ def test_start_values_make_the_input_shaper_this_shaper():
         assert results["shaper.settled"][-1]
 
 
-@pytest.mark.representatives(seed=range(3))
+@pytest.mark.representatives(seed=[1])
 @pytest.mark.parametrize("seed", range(12))
 def test_smoothers_that_are_named_are_compared_and_the_shortest_that_fits_is_recommended(seed: int):
     """Brute force: every smoother on every number of modes, V on a dense grid of the boxes, by impulses at a higher frequency."""

@@ -49,6 +49,7 @@ def test_moves_are_compared_with_the_fastest_one():
     assert {one.profile.kind.name for one in choice.candidates if one.profile} == {"trapezoid", "s_curve", "cycloid"}
 
 
+@pytest.mark.representatives(gap=[0.02])
 @pytest.mark.parametrize(
     ("box", "wanted", "gap"),
     [

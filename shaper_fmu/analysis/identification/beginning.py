@@ -66,9 +66,13 @@ class Beginnings:
         one = self._response
         record = free_response(means, one.step * every, one.names, one.floor / math.sqrt(every))
         try:
-            return identify(record, smallest_share=self._share, most_poles=_MOST_POLES)
+            found = identify(record, smallest_share=self._share, most_poles=_MOST_POLES)
         except IdentificationError:
             return None
+        if every > 1 and found.has("too_fast"):  # for the means of so many samples, not for the record
+            self._widest = max(1, every // 2)
+            return self._identified(first)
+        return found
 
     def lost(self, first: int, *, strict: bool) -> Mode | None:
         """A mode seen from `first` on that is not the same half of its period or a time constant later; None if all are.

@@ -16,6 +16,9 @@ from shaper_fmu.analysis.identification.result import Kind, Mode, OtherPole
 FEWEST_PERIODS = 1.5
 FEWEST_SAMPLES_PER_PERIOD = 4.0
 _HARMONIC_SHARE = 0.1
+_STRENGTH = 0.3
+"""Most that slight forces of a second or third order make of modes, in units of the whole response. What is larger is a mode of its
+own that lies at a sum of others by chance, as frequencies that are round numbers often do."""
 _SURE = 4.0
 """Standard deviations by which a pole must lie beyond the imaginary axis to be called unstable."""
 _GROWN = 5e-3
@@ -93,15 +96,21 @@ def _kind(one: Mode, modes: list[Mode], data: Data, smallest_share: float) -> Ki
         return "unstable"
     if one.damping_ratio >= SHAPEABLE:
         return "overdamped"
-    return "harmonic" if one.share < _HARMONIC_SHARE and _is_sum(one.pole, one.natural_frequency_std, modes) else None
+    return "harmonic" if _is_sum(one.pole, one.natural_frequency_std, one.share, modes) else None
 
 
-def _is_sum(pole: complex, spread: float, modes: list[Mode]) -> bool:
-    """Whether it is a sum of two or three poles of these modes: what quadratic and cubic forces make of them."""
-    known = [p for mode in modes for p in (mode.pole, mode.pole.conjugate())]
-    sums = [a + b for a in known for b in known]
-    sums += [a + b for a in sums for b in known]
-    near = [abs(pole - s) for s in sums if abs(s - pole) < 0.1 * abs(pole) and not any(abs(s - p) < 1e-9 * abs(p) for p in known)]
+def _is_sum(pole: complex, spread: float, share: float, modes: list[Mode]) -> bool:
+    """Whether it is a sum of two or three poles of these modes, and no larger than quadratic and cubic forces make it."""
+    if share >= _HARMONIC_SHARE:
+        return False
+    known = [(p, mode.share) for mode in modes for p in (mode.pole, mode.pole.conjugate())]
+    sums = [(a + b, one * other) for a, one in known for b, other in known]
+    sums += [(a + b, one * other) for a, one in sums for b, other in known]
+    near = [
+        abs(pole - s)
+        for s, size in sums
+        if share <= _STRENGTH * size and abs(s - pole) < 0.1 * abs(pole) and not any(abs(s - p) < 1e-9 * abs(p) for p, _ in known)
+    ]
     return min(near, default=math.inf) < 3.0 * spread + 2e-3 * abs(pole)
 
 
@@ -118,7 +127,7 @@ def _reals(
         kind: Kind = "growth" if rate > 0.0 else "decay"
         if share < smallest_share:
             kind = "minor"
-        elif share < _HARMONIC_SHARE and _is_sum(complex(rate), spread, modes):
+        elif _is_sum(complex(rate), spread, share, modes):
             kind = "harmonic"
         others.append(OtherPole(kind, complex(rate), spread, residues, share))
     return others

@@ -17,7 +17,9 @@ from shaper_fmu.analysis.identification.record import Data
 from shaper_fmu.analysis.identification.subspace import poles, subspace
 
 _PATIENCE = 4
-_MOST_GROWTH = 6
+_SHARES = (1.0, 0.25, 0.0625)
+_FEWEST_SAMPLES = 200
+_MOST_GROWTH = 12
 _TRIALS = 2
 _TRIAL_STEPS = 12
 _HOPE = 2.0
@@ -44,19 +46,31 @@ def find_model(data: Data, most: int) -> Fit:
 
 
 def _first(data: Data, most: int) -> Model:
-    """The best order by the subspace alone."""
-    found = subspace(data.y, data.step, data.duration, np.ones(len(data.y)))
+    """The best order by the subspace alone: of the whole record, and of its beginning, where fast modes have not decayed."""
     best = fit(model(), data)
-    worse = 0
-    for order in range(1, min(found.order + 2, most + 2, found.first.shape[1], found.first.shape[0]) + 1):
-        trial = min((fit(m, data) for m in _models(*poles(found, order), data.duration)), key=lambda f: f.criterion)
-        if trial.criterion < best.criterion:
-            best, worse = trial, 0
-        else:
-            worse += 1
-        if worse > _PATIENCE or (best.noise <= 1.5 * data.floor).all():
+    for share in _SHARES:
+        best = _by_subspace(data, most, share, best)
+        if (best.noise <= 1.5 * data.floor).all():
             break
     return best.model
+
+
+def _by_subspace(data: Data, most: int, share: float, best: Fit) -> Fit:
+    """The best order by the subspace of this share of the record, if it is better than `best`."""
+    samples = int(share * data.samples)
+    if samples < _FEWEST_SAMPLES and share < 1.0:
+        return best
+    found = subspace(data.y[:, :samples], data.step, share * data.duration, np.ones(len(data.y)))
+    most = min(found.order + 2, most + 2, found.first.shape[1], found.first.shape[0])
+    worse = 0
+    for order in range(1, most + 1):
+        if worse > _PATIENCE and order != min(found.order, most):
+            continue  # to the number of singular values that stand out: with many modes smaller orders explain nothing
+        trial = min((fit(m, data) for m in _models(*poles(found, order), data.duration)), key=lambda f: f.criterion)
+        best, worse = (trial, 0) if trial.criterion < best.criterion else (best, worse + 1)
+        if (best.noise <= 1.5 * data.floor).all():
+            break
+    return best
 
 
 def _models(pairs: np.ndarray, reals: np.ndarray, at_zero: int, duration: float) -> Iterator[Model]:

@@ -100,6 +100,7 @@ def identify_measured(
         labels = tuple(names), tuple(known.get(name, "") for name in names)
         return _of_command(t, values, table[_column(table, command)], labels, smallest_share, findings)
     start: int | None = 0
+    looks: Beginnings | None = None
     first, note = _beginning(t, table[input] if input else None, excitation_end)
     findings += [Finding("input_constant", note)] if note else []
     grid, uniform, note = uniform_samples(t[first or 0 :], values[first or 0 :])
@@ -114,7 +115,9 @@ def identify_measured(
             return swept
     behind = _behind_sweep(sweep, response, grid, given=first is not None)
     if first is None:
-        start = first_free(cut(response, behind), smallest_share)
+        whole = cut(response, behind)
+        looks = Beginnings(whole, smallest_share)
+        start = first_free(whole, smallest_share, looks)
         if start is None:
             raise IdentificationError(_UNKNOWN)
         start += behind
@@ -126,7 +129,7 @@ def identify_measured(
     found, lines = without_lines(identify(response, smallest_share=smallest_share), _before(t, values, grid, response))
     findings += [*found.findings, *lines]
     if first is not None or not start:
-        findings += _unconfirmed(response, smallest_share, end, given=first is not None)
+        findings += _unconfirmed(response, looks or Beginnings(response, smallest_share), smallest_share, end)
     cut_out = (t, values) if grid[0] > t[0] + step else None
     return MeasuredIdentification(found, grid, uniform, tuple(names), units_of, end, tuple(findings), None, cut_out)
 
@@ -233,9 +236,8 @@ def last_change(excitation: np.ndarray) -> int | None:
     return first if first else None
 
 
-def _unconfirmed(response: FreeResponse, smallest_share: float, end: float, *, given: bool) -> list[Finding]:
+def _unconfirmed(response: FreeResponse, looks: Beginnings, smallest_share: float, end: float) -> list[Finding]:
     """A finding if later beginnings contradict a mode: then the response is not free yet, or its modes change."""
-    looks = Beginnings(response, smallest_share)
     mode = looks.contradicted(0)
     if mode is None:
         return []
