@@ -43,7 +43,8 @@ def findings_of(parts: Parts, found: Fit, data: Data, smallest_share: float) -> 
         "drift": "it moves on at constant speed after the excitation: there is also a rigid-body mode (two poles at 0)",
         "acceleration": "it accelerates further after the excitation (three poles at 0)",
         "overdamped": "a pair of poles at {pole:.4g} rad/s decays before it swings, and needs no shaping",
-        "harmonic": "a pole at {pole:.4g} rad/s, {share:.2g} of the response, is a sum of other poles: a slight nonlinearity",
+        "harmonic": "a pole at {pole:.4g} rad/s, {share:.2g} of the response, is a sum of other poles: taken for a slight "
+        "nonlinearity, not for a mode",
         "too_slow": "a motion at {pole.imag:.3g} rad/s has too few periods in the record to be identified; take a longer one",
     }
     for other in parts.others:
