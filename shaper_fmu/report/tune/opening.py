@@ -50,9 +50,9 @@ def decision_text(tuning: Tuning) -> str:
     if choice is None:
         return ""
     best, wanted = choice.nearest, choice.requirements
-    sure = "at most" if tuning.verdict == "tuned" else "by the bound for the modes found"
+    for_whom = "" if tuning.verdict == "tuned" else " for the modes found"
     text = (
-        f"{best.name}: {best.delay:.4g} s of delay, {sure} {percent(best.worst_case)} of the unshaped vibration "
+        f"{best.name}: {best.delay:.4g} s of delay, at most {percent(best.worst_case)} of the unshaped vibration{for_whom} "
         f"(tolerance {percent(wanted.tolerance)})"
     )
     return f"{text}{_seen_text(tuning)}; {runner_up_text(choice)}."
