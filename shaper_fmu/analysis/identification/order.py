@@ -19,7 +19,9 @@ from shaper_fmu.analysis.identification.subspace import poles, subspace
 _PATIENCE = 4
 _SHARES = (1.0, 0.25, 0.0625)
 _FEWEST_SAMPLES = 200
-_MOST_GROWTH = 12
+_ALIKE = 0.25
+"""Correlation from sample to sample up to which nothing is left that the beginning could show."""
+_MOST_GROWTH = 6
 _TRIALS = 2
 _TRIAL_STEPS = 12
 _HOPE = 2.0
@@ -50,9 +52,15 @@ def _first(data: Data, most: int) -> Model:
     best = fit(model(), data)
     for share in _SHARES:
         best = _by_subspace(data, most, share, best)
-        if (best.noise <= 1.5 * data.floor).all():
+        if (best.noise <= 1.5 * data.floor).all() or _looks_white(best.residual):
             break
     return best.model
+
+
+def _looks_white(residual: np.ndarray) -> bool:
+    """Whether neighbouring samples of each row hardly depend on each other."""
+    alike = np.abs(np.sum(residual[:, 1:] * residual[:, :-1], axis=1))
+    return bool((alike <= _ALIKE * np.sum(residual * residual, axis=1)).all())
 
 
 def _by_subspace(data: Data, most: int, share: float, best: Fit) -> Fit:
@@ -62,10 +70,11 @@ def _by_subspace(data: Data, most: int, share: float, best: Fit) -> Fit:
         return best
     found = subspace(data.y[:, :samples], data.step, share * data.duration, np.ones(len(data.y)))
     most = min(found.order + 2, most + 2, found.first.shape[1], found.first.shape[0])
+    standing_out = min(found.order, most)  # with many modes smaller orders explain nothing
     worse = 0
-    for order in range(1, most + 1):
-        if worse > _PATIENCE and order != min(found.order, most):
-            continue  # to the number of singular values that stand out: with many modes smaller orders explain nothing
+    for order in range(1 if share == 1.0 else max(1, standing_out), most + 1):
+        if worse > _PATIENCE and (order != standing_out or _looks_white(best.residual)):
+            continue
         trial = min((fit(m, data) for m in _models(*poles(found, order), data.duration)), key=lambda f: f.criterion)
         best, worse = (trial, 0) if trial.criterion < best.criterion else (best, worse + 1)
         if (best.noise <= 1.5 * data.floor).all():
