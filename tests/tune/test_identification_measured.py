@@ -277,3 +277,11 @@ def test_modes_at_sums_of_others_are_modes(hertz):
     found = identify_measured(given)
     assert [mode.pole for mode in found.identification.modes] == pytest.approx(poles.tolist(), rel=1e-6)
     assert [one.code for one in found.findings] == ["found_free"]
+
+
+def test_a_small_mode_at_a_sum_of_two_is_one():
+    """Of 6 % of the response, more than may be left: a quadratic force would make as much of the larger of the two as 2 x 2 Hz."""
+    t, w = np.arange(0.0, 12.0, 0.002), 2.0 * math.pi * np.array([2.0, 3.0, 5.0])
+    poles = w * complex(-0.01, math.sqrt(1.0 - 1e-4))
+    found = identify_measured(Table({"time": t, "x": (np.exp(np.outer(t, poles)) * [1.0, 0.6, 0.1]).imag.sum(axis=1)}))
+    assert [mode.pole for mode in found.identification.modes] == pytest.approx(poles.tolist(), rel=1e-6)

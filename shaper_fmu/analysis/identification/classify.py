@@ -15,8 +15,7 @@ from shaper_fmu.analysis.identification.result import Kind, Mode, OtherPole
 
 FEWEST_PERIODS = 1.5
 FEWEST_SAMPLES_PER_PERIOD = 4.0
-_HARMONIC_SHARE = 0.1
-_STRENGTH = 0.3
+_STRENGTH = 0.1
 """Most that slight forces of a second or third order make of modes, in units of the whole response. What is larger is a mode of its
 own that lies at a sum of others by chance, as frequencies that are round numbers often do."""
 _SURE = 4.0
@@ -101,8 +100,6 @@ def _kind(one: Mode, modes: list[Mode], data: Data, smallest_share: float) -> Ki
 
 def _is_sum(pole: complex, spread: float, share: float, modes: list[Mode]) -> bool:
     """Whether it is a sum of two or three poles of these modes, and no larger than quadratic and cubic forces make it."""
-    if share >= _HARMONIC_SHARE:
-        return False
     known = [(p, mode.share) for mode in modes for p in (mode.pole, mode.pole.conjugate())]
     sums = [(a + b, one * other) for a, one in known for b, other in known]
     sums += [(a + b, one * other) for a, one in sums for b, other in known]
