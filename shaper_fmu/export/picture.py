@@ -219,6 +219,7 @@ def _caption(component: type[Component], recording: Recording) -> str:
 
 def _draw(component: type[Component], recording: Recording, panels: dict[str, list[Variable[Any]]]) -> str:
     import matplotlib.style
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
     look = {
@@ -236,7 +237,7 @@ def _draw(component: type[Component], recording: Recording, panels: dict[str, li
         rows[-1].set_xlabel(label("time", "s"))
         rows[-1].set_xlim(0.0, recording.span)
         figure.align_ylabels()
-        figure.savefig(stream, format="svg", metadata={"Date": None})
+        FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None})  # Figure.savefig draws twice
     return _inline(stream.getvalue(), f"{component.__name__}: outputs over time")
 
 

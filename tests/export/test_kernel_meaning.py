@@ -15,8 +15,10 @@ from compiled_kernels import ZIG, Kernels, on_32_bits
 from meaning_kernels import cases_component, random_values, run_both, run_plain
 from random_kernels import Grammar
 
+from shaper_fmu import components
 from shaper_fmu.errors import BuildError
 from shaper_fmu.export.c.translate import translated
+from shaper_fmu.export.c.unit import Function
 
 _PAIRS = [("m.n", "m.m"), ("m.n", "3"), ("m.i", "m.few"), ("-7", "m.n")]
 _BINARY = ["+", "-", "*", "//", "%", "&", "|", "^"]
@@ -216,6 +218,16 @@ def test_random_kernels_have_one_meaning(tmp_path, seed):
         (ZIG, ("-O1", *INTEGER, *odd)),
     ):
         check(component, Kernels(component, compiler, flags), len(bodies), random.Random(seed), 25, bodies)
+
+
+@pytest.mark.thorough
+def test_passes_that_leave_out_what_is_settled_find_the_same_as_whole_ones(tmp_path, monkeypatch):
+    """The independent translation is the one in which every pass translates everything."""
+    bodies = random_bodies(random.Random(77), 60, tmp_path)
+    made = [cases_component(tmp_path / "all", bodies), *components().values()]
+    short = [translated.__wrapped__(component) for component in made]
+    monkeypatch.setattr(Function, "is_settled", lambda self, unit: False)
+    assert [translated.__wrapped__(component) for component in made] == short
 
 
 REFUSED = [

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from types import FunctionType
 from typing import Any
 
@@ -170,7 +169,7 @@ class Calls:
         operators.numbers(e.scope, node, *codes)
         code = codes[0]
         if code.kind == REAL:
-            return replace(code, whole=False)
+            return code._replace(whole=False)
         low, high = float(code.range.low), float(code.range.high)
         return Code(f"(double){code.at(UNARY)}", REAL, r.Range(low, high), UNARY).effects_of(code)
 
@@ -178,7 +177,7 @@ class Calls:
         self._count(e, node, codes, 1, 1)
         operators.numbers(e.scope, node, *codes)
         if codes[0].kind != REAL:
-            return replace(codes[0], kind=INTEGER)
+            return codes[0]._replace(kind=INTEGER)
         return self._whole(e, node, codes[0], "trunc")
 
     def _whole(self, e: Expressions, node: ast.Call, code: Code, how: str) -> Code:
@@ -210,7 +209,7 @@ class Calls:
             )
         operators.numbers(e.scope, node, *codes)
         if codes[0].kind != REAL:
-            return replace(codes[0], kind=INTEGER)
+            return codes[0]._replace(kind=INTEGER)
         return self._whole(e, node, codes[0], "rint")
 
     def _divmod(self, e: Expressions, node: ast.Call, codes: list[Code]) -> Code:
@@ -233,7 +232,7 @@ class Calls:
         if node.keywords:
             scope.refuse(node, f"{ast.unparse(node)}: write the arguments without names")
         if name in ("floor", "ceil", "trunc") and len(codes) == 1:
-            return replace(codes[0], kind=INTEGER) if codes[0].kind != REAL else self._whole(e, node, codes[0], name)
+            return codes[0]._replace(kind=INTEGER) if codes[0].kind != REAL else self._whole(e, node, codes[0], name)
         texts = [as_real(scope, node, code, LOOSE) for code in codes]
         found = self._of_one(e, node, name, codes, texts) if len(codes) == 1 else self._of_two(e, node, name, codes, texts)
         return found.effects_of(*codes)

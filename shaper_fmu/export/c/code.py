@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from shaper_fmu.export.c.kinds import BOOLEAN, INTEGER, Kind
 from shaper_fmu.export.c.ranges import ANY, Range
@@ -12,8 +11,7 @@ ATOM, UNARY, PRODUCT, SUM, SHIFT, RELATION, EQUALITY, BITS_AND, BITS_XOR, BITS_O
 """How strongly an expression is held together: the operators of C by precedence."""
 
 
-@dataclass(frozen=True)
-class Code:
+class Code(NamedTuple):  # made by the hundred thousand: three times as fast as a frozen dataclass
     """An expression in C.
 
     Attributes:
@@ -62,11 +60,8 @@ class Code:
 
     def effects_of(self, *others: Code) -> Code:
         """This code, which has been made of others."""
-        return replace(
-            self,
-            reads=self.reads or any(o.reads for o in others),
-            writes=self.writes or any(o.writes for o in others),
-        )
+        reads, writes = self.reads or any(o.reads for o in others), self.writes or any(o.writes for o in others)
+        return self if (reads, writes) == (self.reads, self.writes) else self._replace(reads=reads, writes=writes)
 
 
 def literal(value: str) -> str:

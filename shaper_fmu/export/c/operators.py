@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-from dataclasses import replace
 
 from shaper_fmu.export.c import ranges as r
 from shaper_fmu.export.c.code import AND, BITS_AND, BITS_OR, BITS_XOR, EQUALITY, OR, PRODUCT, RELATION, SHIFT, SUM, UNARY, Code
@@ -172,7 +171,7 @@ def unary(scope: FunctionScope, node: ast.UnaryOp, a: Code) -> Code:
         return negation(scope, node, a)
     numbers(scope, node, a)
     if isinstance(node.op, ast.UAdd):
-        return replace(a, kind=INTEGER if a.kind == BOOLEAN else a.kind)
+        return a._replace(kind=INTEGER if a.kind == BOOLEAN else a.kind)
     if isinstance(node.op, ast.Invert):
         if a.kind == REAL:
             scope.refuse(node, "~ is not for real numbers")

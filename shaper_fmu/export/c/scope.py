@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from types import FunctionType
 from typing import Any, NoReturn
 
@@ -151,7 +150,7 @@ class FunctionScope:
             c += "_"
         self.unit.use(code.kind)
         self.say(f"{'' if isinstance(code.kind, Array) else 'const '}{code.kind.c}{c} = {code.text};", c)
-        return replace(code, text=c, level=0, reads=False, writes=False, narrow=False)
+        return code._replace(text=c, level=0, reads=False, writes=False, narrow=False)
 
     def as_kind(self, code: Code, kind: Kind, node: ast.AST | None = None) -> str:
         """The text of a value as one of another kind that holds it."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -69,11 +68,12 @@ def _function(unit: Unit, callee: Callee, kinds: list[Kind], codes: list[Code]) 
         state = unit.functions[key] = Function(wanted, list(zip(names, kinds, strict=True)))
         unit.changed = True
     for (name, kind), code in zip(state.parameters, codes, strict=True):
-        unit.learn(state.variables.setdefault(name, Known()), replace(code, kind=kind))
+        unit.learn(state.variables.setdefault(name, Known()), code._replace(kind=kind))
     if state.active:
         raise RecursionError
-    if state.translated != unit.number:
+    if state.translated != unit.number and (unit.final or not state.is_settled(unit)):
         state.translated, state.active = unit.number, True
+        state.known_before, state.told = state.knows(unit), {}
         try:
             _translate(unit, state, callee, key)
         finally:
@@ -115,6 +115,7 @@ def _call(unit: Unit, scope: FunctionScope, target: Callee, codes: list[Code], a
         scope.refuse(at, f"{target.name} is called while it runs (recursion), which does not compile; write a loop")
     except Mismatch as error:
         scope.refuse(at, f"{target.name} is given {error}")
+    scope.function.told.setdefault(id(called), (called, called.tells()))
     arguments = []
     for (name, kind), code in zip(called.parameters, codes, strict=True):
         if isinstance(kind, Callee):

@@ -2,6 +2,7 @@
 
 Kinds and bounds are inferred by translating over and over until nothing changes any more: what a pass finds out about a function's
 arguments, variables and result is what the next one begins with. All of it only grows, and bounds that go on growing are given up.
+The last pass writes the text; the ones before leave out what would find out nothing new.
 """
 
 from __future__ import annotations
@@ -75,7 +76,28 @@ class Function:
     """Parameters through which memory is written."""
     text: str = ""
     active: bool = False
-    translated: int = -1  # the pass that has done it
+    translated: int = -1  # the last pass that has done it
+    judged: tuple[int, bool] = (-1, False)  # the pass that has asked whether something is new, and the answer
+    known_before: tuple[Any, ...] = ()  # what its last translation began with
+    told: dict[int, tuple[Function, tuple[Any, ...]]] = field(default_factory=dict)
+    """The functions that its last translation called, by identity, and what each told then."""
+
+    def tells(self) -> tuple[Any, ...]:
+        """What its callers use."""
+        result = self.result
+        return result.kind, result.range, result.whole, self.faults, self.reads, self.writes, len(self.written)
+
+    def knows(self, unit: Unit) -> tuple[Any, ...]:
+        """What a translation of its body depends on, beside what the functions that it calls tell."""
+        own = [(name, known.kind, known.range, known.whole) for name, known in self.variables.items()]
+        return *own, *self.tells(), len(unit.stored), len(unit.whole)
+
+    def is_settled(self, unit: Unit) -> bool:
+        """Whether another translation would find out nothing new, about it and what it calls."""
+        if self.judged[0] != unit.number:
+            settled = self.translated >= 0 and self.known_before == self.knows(unit)
+            self.judged = unit.number, settled and all(f.tells() == said and f.is_settled(unit) for f, said in self.told.values())
+        return self.judged[1]
 
 
 class Unit:
