@@ -3,59 +3,21 @@
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+from shaper_fmu.cli.amounts import duration_of, share
 from shaper_fmu.cli.arguments import finite, input_file, not_negative, number, output_folder, pairs, positive, wrong_usage
 from shaper_fmu.cli.ends import end_message
 from shaper_fmu.cli.paths import shown
 from shaper_fmu.cli.tune_results import print_result, write_for, write_results
+from shaper_fmu.cli.tune_sources import TABLES, of_plant, of_table, say
 from shaper_fmu.console import err, out
 from shaper_fmu.machines.names import Machine
 from shaper_fmu.profiles.limits import NO_LIMIT
-from shaper_fmu.progress import parts_progress
 from shaper_fmu.tune.choice.requirements import Move
-
-if TYPE_CHECKING:
-    from shaper_fmu.master.fmu import Fmu
-    from shaper_fmu.master.system import System
-    from shaper_fmu.tune.tuning import Tuning
-
-_TABLES = (".csv", ".parquet", ".tsv", ".txt")
-
-
-def share(text: str, option: str | None = None) -> float:
-    """A share, written as 5% or 0.05. Raises BadParameter for anything else, and for a percentage that lacks its sign."""
-    number = text.strip()
-    try:
-        value = float(number[:-1]) / 100.0 if number.endswith("%") else float(number)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise typer.BadParameter(f"{text!r} is not a share; write 5% or 0.05", param_hint=option)
-    if abs(value) >= 1.0 and not number.endswith("%"):
-        raise typer.BadParameter(
-            f"{number} would be {100.0 * value:g} %: did you mean {number}%? If not, write {100.0 * value:g}%", param_hint=option
-        )
-    return value
-
-
-_UNITS = {"": 1.0, "s": 1.0, "min": 60.0, "h": 3600.0}
-
-
-def duration_of(text: str) -> float:
-    """A time [s], written as 90, 90s, 2min or 1h. Raises BadParameter for anything else."""
-    found = re.fullmatch(r"\s*([0-9.eE+-]+?)\s*(s|min|h|)\s*", str(text))
-    try:
-        value = float(found[1]) * _UNITS[found[2]] if found else math.nan
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value < math.inf:
-        raise typer.BadParameter(f"{text!r} is no time above 0; write 90s, 2min or 1h")
-    return value
 
 
 def tune(
@@ -63,7 +25,7 @@ def tune(
         Path,
         typer.Argument(
             help="The plant (.fmu), a system with a free input (.ssp), or a measured response (.csv, .parquet).",
-            callback=input_file(".fmu", ".ssp", *_TABLES),
+            callback=input_file(".fmu", ".ssp", *TABLES),
         ),
     ],
     input_: Annotated[
@@ -144,6 +106,13 @@ def tune(
             help="Go on with a tuning that was interrupted: runs kept in its folder are not made again.",
         ),
     ] = False,
+    workers: Annotated[
+        int,
+        typer.Option(
+            help="Processes in which the plant is run at once, at the points of the range.",
+            parser=number("at least 1", lambda n: n >= 1, int),
+        ),
+    ] = 1,
     kinds: Annotated[
         list[str] | None, typer.Option("--kind", help="A shaper to choose from, such as zvd; repeatable. Default: all.")
     ] = None,
@@ -160,7 +129,7 @@ def tune(
         typer.Option(
             "--also",
             help="A further recording of the machine; repeatable: the shaper is for the modes of all, or of those of its axis.",
-            callback=input_file(*_TABLES),
+            callback=input_file(*TABLES),
         ),
     ] = None,
     time_unit: Annotated[
@@ -221,10 +190,12 @@ def tune(
         requirements = requirements_for(spread, **wanted)
     target: Path = output_folder(folder or Path(f"{plant.stem}_tuned"))
     start_values, beginning = pairs(settings, "--set", "mass=2"), pairs(start, "--start", "angle=0")
-    if plant.suffix.lower() in _TABLES:
+    if plant.suffix.lower() in TABLES:
+        if workers > 1:
+            raise typer.BadParameter("a measured response has no plant to run in processes", param_hint="--workers")
         if resume:
             raise typer.BadParameter("a measured response has no runs of a plant to go on from", param_hint="--resume")
-        found = _of_table(
+        found = of_table(
             plant,
             input_,
             outputs,
@@ -237,18 +208,18 @@ def tune(
         )
     else:
         limits = Budget(steps, budget)
-        of_plant = _of_plant(
+        tuned = of_plant(
             plant, input_, outputs, requirements, spread, start_values, beginning, amplitude=amplitude, duration=duration,
-            budget=limits, settle=settle, keep=target / FILE, resume=resume,
+            budget=limits, settle=settle, keep=target / FILE, resume=resume, workers=workers,
         )  # fmt: skip
-        found = {"": of_plant}
+        found = {"": tuned}
     several = len(found) > 1
     good, into = [one.good for one in found.values()], target
     for along, one in found.items():
         if several:
             out.print(f"axis {along} ({one.source}):")
         print_result(one)
-        into = write_results(one, target / along if several else target, report, _say)
+        into = write_results(one, target / along if several else target, report, say)
     for machine in machines or []:
         axes = {along: along if several else axis or along or "x" for along in found}
         good.append(write_for(machine, found, axes, cycle, target if several else into))
@@ -260,82 +231,3 @@ def tune(
         raise typer.Exit(code)
     if not all(good):
         raise typer.Exit(1)
-
-
-def _say(what: str) -> None:
-    err.print(what if what.startswith("note: ") else f"{what} ...")
-
-
-def _of_table(
-    path: Path, input_: str, outputs: list[str] | None, requirements: Any, of_plants: list[str], **options: Any
-) -> dict[str, Tuning]:
-    from shaper_fmu.tune.identify.measured_table import read_table
-    from shaper_fmu.tune.tuning_measured import tune_axes
-
-    if of_plants:
-        raise typer.BadParameter(f"a measured response has no parameter {of_plants[0]!r}", param_hint="--vary, --set or --start")
-    table = read_table(path)
-    given = options.get("command")
-    columns = ("--input", [input_] if input_ else []), ("--command", [given] if given else []), ("--output", outputs or [])
-    for option, names in columns:
-        with wrong_usage(option):
-            for name in names:
-                table[name]
-    return tune_axes(path, outputs, requirements=requirements, input=input_ or None, **options)
-
-
-def _of_plant(
-    path: Path,
-    input_: str,
-    outputs: list[str] | None,
-    requirements: Any,
-    spread: dict[str, float],
-    start_values: dict[str, str],
-    beginning: dict[str, str],
-    **options: Any,
-) -> Tuning:
-    from shaper_fmu.master.alone import alone_system
-    from shaper_fmu.master.fmu import load_fmu
-    from shaper_fmu.ssp.archive import load_ssp
-    from shaper_fmu.tune.kept_runs import KeptRuns
-    from shaper_fmu.tune.meter import BudgetError
-    from shaper_fmu.tune.plant import Plant
-    from shaper_fmu.tune.tuning_plant import check_budget, tune_plant
-
-    if not input_:
-        raise typer.BadParameter("name the input that gets the commands", param_hint="--input")
-    if path.suffix.lower() != ".ssp":
-        fmu = load_fmu(path)
-        alone_system(fmu, {})
-        with wrong_usage("--set"):
-            alone_system(fmu, start_values)
-        source: Fmu | System = fmu
-    else:
-        loaded = load_ssp(path)
-        for note in loaded.notes:
-            err.print(f"note: {note}")
-        for name, value in start_values.items():
-            with wrong_usage("--set"):
-                loaded.set(name, value)
-        source, start_values = loaded.system, {}
-    with wrong_usage("--input or --output"):
-        plant = Plant(source, input_, outputs, start_values)
-    with wrong_usage("--start"):
-        plant = plant.beginning(beginning)
-    with wrong_usage("--vary"):
-        plant.nominal_values(spread)
-    if options["resume"]:
-        with wrong_usage("--resume"):
-            KeptRuns(options["keep"], plant.facts(spread), resume=True).close()
-    with wrong_usage("--steps or --budget"):
-        check_budget(plant, spread, options["budget"], requirements.move is not None)
-    try:
-        with parts_progress(err) as update:
-            hear = lambda part, steps, expected: update(f"{part}, steps of the plant", steps, expected)  # noqa: E731
-            found = tune_plant(plant, requirements=requirements, spread=spread, say=_say, hear=hear, **options)
-    except BudgetError as error:
-        if plant.meter.stopped is None:
-            raise
-        err.print(f"{error}; no mode was identified; what was measured is kept, and --resume goes on")
-        raise typer.Exit(end_message(plant.meter.stopped)[1]) from None
-    return found

@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
@@ -26,6 +27,43 @@ _LARGEST_GROUP = 1000
 """Short runs are done by the group: so many that Python's share is small, so few that Ctrl-C is heard at once."""
 
 
+class Doer(Protocol):
+    """Does tasks in a worker process: see `Runner`."""
+
+    reuses: bool
+
+    def outcomes(self, tasks: Sequence[Task], now: int = 0) -> Iterator[list[Outcome]]:
+        """What becomes of the tasks; the number of the one at work is kept at the address `now`, unless that is 0."""
+        ...
+
+    def close(self) -> None:
+        """Free what it has."""
+        ...
+
+
+class Work(Protocol):
+    """What the workers of a `Pool` do: a sweep's `Job`, or calls of functions. The worker gets its `content`."""
+
+    @property
+    def content(self) -> bytes:
+        """The work, pickled."""
+        ...
+
+    @property
+    def metrics(self) -> Mapping[str, Metric]:
+        """Of each outcome."""
+        ...
+
+    @property
+    def time_limit(self) -> float | None:
+        """Of a task [s]."""
+        ...
+
+    def runner(self) -> Doer:
+        """In the worker: what does the tasks."""
+        ...
+
+
 @dataclass(frozen=True)
 class Job:
     """A system, what its runs have in common, and the start values of the cases; can be pickled.
@@ -40,17 +78,25 @@ class Job:
     varied: tuple[str, ...]
     time_limit: float | None = None
 
-    @cached_property
+    @property
     def content(self) -> bytes:
         """The job as bytes, to be sent to workers."""
+        return self._content
+
+    @cached_property
+    def _content(self) -> bytes:
         return pickle.dumps(self, pickle.HIGHEST_PROTOCOL)
 
     @classmethod
     def of_content(cls, content: bytes) -> Job:
         """The job that these bytes stand for; it keeps them, since other processes may pickle it to other ones."""
         job: Job = pickle.loads(content)
-        object.__setattr__(job, "content", content)  # frozen, as in its own __init__
+        object.__setattr__(job, "_content", content)  # frozen, as in its own __init__
         return job
+
+    def runner(self) -> Doer:
+        """See `Work`."""
+        return Runner(self)
 
     @property
     def digest(self) -> str:

@@ -18,7 +18,7 @@ import msgspec
 from shaper_fmu import errors
 from shaper_fmu.errors import ModelError, ShaperFmuError, SimulationError
 from shaper_fmu.master.isolated_process import BEGUN, CLOSED, Child
-from shaper_fmu.sweep.job import Job
+from shaper_fmu.sweep.job import Work
 from shaper_fmu.sweep.store import Outcome, Task
 from shaper_fmu.sweep.worker import CODE, NOW, Answer, tasks_frame
 
@@ -56,7 +56,7 @@ class _Worker:
 class Pool:
     """A number of worker processes for one job. Use it in a with statement: at its end they are gone."""
 
-    def __init__(self, job: Job, workers: int):
+    def __init__(self, job: Work, workers: int):
         self._job = job
         self._answers: queue.SimpleQueue[tuple[int, bytes | None]] = queue.SimpleQueue()
         self._workers: dict[int, _Worker] = {}

@@ -17,7 +17,7 @@ import numpy as np
 from shaper_fmu.master.isolated_process import BEGUN, CLOSED, read_frame, send
 from shaper_fmu.master.once import OccupiedError
 from shaper_fmu.master.process_ends import leave_ends_to_the_caller
-from shaper_fmu.sweep.job import Job, Runner
+from shaper_fmu.sweep.job import Doer, Work
 from shaper_fmu.sweep.store import Outcome, Task
 
 CODE = (  # the FMUs' own words on standard output go to standard error, so the channel has the outcomes alone
@@ -77,8 +77,8 @@ def serve(number: int, window: str) -> None:
     now[0] = -1
     work = _Inbox(orders)
     try:
-        job: Job = pickle.loads(work.next() or b"")
-        runner = Runner(job)
+        job: Work = pickle.loads(work.next() or b"")
+        runner = job.runner()
     except Exception as error:
         problems = getattr(error, "problems", [str(error)])
         channel.send(msgspec.msgpack.encode(Answer(error=type(error).__name__, text=problems)))
@@ -121,7 +121,7 @@ class _Inbox:
             return self._frames.pop(0) if self._frames else None
 
 
-def _do(runner: Runner, tasks: list[Task], now: np.ndarray, channel: _Channel) -> None:
+def _do(runner: Doer, tasks: list[Task], now: np.ndarray, channel: _Channel) -> None:
     done: list[Outcome] = []
     last = time.monotonic()
     try:
@@ -136,11 +136,11 @@ def _do(runner: Runner, tasks: list[Task], now: np.ndarray, channel: _Channel) -
     _rest(now, channel, done, runner)
 
 
-def _rest(now: np.ndarray, channel: _Channel, done: list[Outcome], runner: Runner) -> None:
+def _rest(now: np.ndarray, channel: _Channel, done: list[Outcome], runner: Doer) -> None:
     """Send the last outcomes, then mark that no run is active: an earlier end of the process counts for the last run."""
     _send(channel, done, runner)
     now[0] = -1
 
 
-def _send(channel: _Channel, outcomes: list[Outcome], runner: Runner) -> None:
+def _send(channel: _Channel, outcomes: list[Outcome], runner: Doer) -> None:
     channel.send(msgspec.msgpack.encode(Answer(outcomes, reuses=runner.reuses)))

@@ -9,10 +9,10 @@ from __future__ import annotations
 import hashlib
 import io
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, ItemsView, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -42,12 +42,60 @@ class Memory:
         """The arrays that were kept under a key; None for none."""
         return self._runs.get(key)
 
+    def items(self) -> ItemsView[str, tuple[np.ndarray, ...]]:
+        """Keys and arrays."""
+        return self._runs.items()
+
     def keep(self, key: str, *arrays: np.ndarray) -> None:
         """Keep arrays under a key, if there is room."""
         size = sum(one.size for one in arrays)
         if size <= self._room:
             self._room -= size
             self._runs[key] = arrays
+
+
+class RunsBeside(Protocol):
+    """Where runs of a plant are kept, and those that are there are taken from."""
+
+    path: Path
+
+    def found(self, key: str) -> tuple[np.ndarray, ...] | None:
+        """The arrays that were kept under a key; None for none."""
+        ...
+
+    def keep(self, key: str, *arrays: np.ndarray) -> None:
+        """Keep arrays under a key."""
+        ...
+
+    def close(self) -> None:
+        """Close it."""
+        ...
+
+
+class RunsToRead:
+    """The runs in a file that another process may be writing."""
+
+    def __init__(self, path: Path):
+        self._path = path
+        with _told(path):
+            self._connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, isolation_level=None)
+
+    def found(self, key: str) -> tuple[np.ndarray, ...] | None:
+        """The arrays that were kept under a key; None for none."""
+        with _told(self._path):
+            return _found(self._connection, key)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._connection.close()
+
+
+def _found(connection: sqlite3.Connection, key: str) -> tuple[np.ndarray, ...] | None:
+    row = connection.execute("select content from runs where key = ?", (key,)).fetchone()
+    if row is None:
+        return None
+    with np.load(io.BytesIO(row[0]), allow_pickle=False) as stored:
+        return tuple(stored[name] for name in stored.files)
 
 
 class KeptRuns:
@@ -92,11 +140,7 @@ class KeptRuns:
         if self._connection is None:
             return None
         with _told(self.path):
-            row = self._connection.execute("select content from runs where key = ?", (key,)).fetchone()
-        if row is None:
-            return None
-        with np.load(io.BytesIO(row[0]), allow_pickle=False) as stored:
-            return tuple(stored[name] for name in stored.files)
+            return _found(self._connection, key)
 
     def keep(self, key: str, *arrays: np.ndarray) -> None:
         """Keep arrays under a key; a run that is too large is left out, and will be measured again."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
@@ -55,6 +55,23 @@ class Effort:
         return Effort(
             self.steps + other.steps, self.runs + other.runs, self.seconds + other.seconds, self.stepping + other.stepping
         )
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What a meter was asked for, or told: see `Meter.replay`.
+
+    Attributes:
+        part: that took the steps; None where it was asked whether so many fit the budget.
+        steps: of a run.
+        stepping: time within the steps [s].
+        what: takes the steps that are asked for, in words.
+    """
+
+    part: Part | None
+    steps: float
+    stepping: float
+    what: str
 
 
 class Meter:
@@ -109,14 +126,8 @@ class Meter:
 
     def allow(self, steps: float, what: str = "the next run") -> None:
         """Raise BudgetError if so many steps more do not fit the budget."""
+        self._allow_steps(steps, what)
         whole, budget = self.whole, self.budget
-        if self.stopped is not None:
-            raise BudgetError(f"interrupted: {whole.steps:,} steps are taken")
-        if budget.steps is not None and whole.steps + steps > budget.steps:
-            raise BudgetError(
-                f"the budget of {budget.steps:,} steps is spent: {whole.steps:,} are taken, and {what} takes "
-                f"{math.ceil(steps):,} more"
-            )
         if budget.seconds is not None:
             taken = time.perf_counter() - self._begun
             needed = steps * whole.stepping / whole.steps if whole.steps else 0.0
@@ -126,14 +137,31 @@ class Meter:
                     f"the budget of {seconds_words(budget.seconds)} is spent: {seconds_words(taken)} are over, and {more}"
                 )
 
+    def _allow_steps(self, steps: float, what: str) -> None:
+        taken = self.whole.steps
+        if self.stopped is not None:
+            raise BudgetError(f"interrupted: {taken:,} steps are taken")
+        if self.budget.steps is not None and taken + steps > self.budget.steps:
+            raise BudgetError(
+                f"the budget of {self.budget.steps:,} steps is spent: {taken:,} are taken, and {what} takes "
+                f"{math.ceil(steps):,} more"
+            )
+
+    def left(self) -> Budget:
+        """What is left of the budget."""
+        steps, seconds = self.budget.steps, self.budget.seconds
+        return Budget(
+            None if steps is None else max(0, steps - self.whole.steps),
+            None if seconds is None else max(0.0, seconds - (time.perf_counter() - self._begun)),
+        )
+
     @contextmanager
     def run(self, steps: float = 0.0) -> Iterator[list[Results]]:
         """Count a run of the plant, whose results are to be put into the list; one that fails counts with what it recorded.
 
         Raises BudgetError before it, if about so many steps do not fit. A Ctrl-C is heard so, too: what is known by then is kept.
         """
-        if self.budget or self.stopped is not None:
-            self.allow(steps)
+        self.allow(steps)
         made: list[Results] = []
         try:
             yield made
@@ -153,14 +181,26 @@ class Meter:
         """Count a run of so many steps; outside of all parts it belongs to none, and is not counted."""
         if self._parts:
             self._add(self._parts[-1], Effort(steps, 1, 0.0, stepping))
-            if self.hear is not None:
-                part = self._parts[-1]
-                self.hear(part, self._efforts[part].steps, self.expected.get(part, 0))
+            self._tell(self._parts[-1])
 
-    def merge(self, efforts: Mapping[Part, Effort]) -> None:
-        """Count what another process has done, too."""
-        for name, effort in efforts.items():
-            self._add(name, effort)
+    def _tell(self, part: Part) -> None:
+        if self.hear is not None:
+            self.hear(part, self._efforts[part].steps, self.expected.get(part, 0))
+
+    def replay(self, log: Iterable[Entry], times: Iterable[tuple[Part, float]], *, checked: bool = True) -> None:
+        """Count what another process has done, in its order.
+
+        Raises BudgetError where the steps would not have been allowed here, unless not `checked`: the work of several processes is
+        counted as if it had been done one after the other.
+        """
+        for part, seconds in times:
+            self._add(part, Effort(seconds=seconds))
+        for one in log:
+            if one.part is not None:
+                self._add(one.part, Effort(int(one.steps), 1, 0.0, one.stepping))
+                self._tell(one.part)
+            elif checked:
+                self._allow_steps(one.steps, one.what)
 
     def _add(self, name: Part, effort: Effort) -> None:
         self._efforts[name] = self._efforts.get(name, Effort()) + effort

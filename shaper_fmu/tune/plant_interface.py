@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,8 +16,11 @@ from shaper_fmu.master.motion import motion_order
 from shaper_fmu.master.system import System
 from shaper_fmu.master.variables import kind_of
 from shaper_fmu.slips import checked_mapping, checked_names, checked_number
-from shaper_fmu.tune.kept_runs import KeptRuns, Memory
+from shaper_fmu.tune.kept_runs import Memory, RunsBeside
 from shaper_fmu.tune.meter import Meter
+
+if TYPE_CHECKING:
+    from shaper_fmu.tune.workers.workers import Workers
 
 _DEFAULT_DURATION = 10.0
 
@@ -40,9 +43,13 @@ class PlantInterface:
         if isinstance(source, System) and start_values:
             raise ModelError(["start values of a system are set in the system itself, by System.set"])
         self.meter: Meter = Meter()
-        self.kept: KeptRuns | None = None
+        self.kept: RunsBeside | None = None
         """Where its runs are kept, and those that are there are taken from."""
         self.memory: Memory = Memory()
+        self.workers: Workers | None = None
+        """Processes that make runs; None for this one alone."""
+        self.ahead: dict[str, tuple[tuple[np.ndarray, ...], float]] = {}
+        """Runs that workers have made, by key, with the time of their steps [s]: they are counted when they are asked for."""
         self.alone: bool = not isinstance(source, System)
         self.named: bool = bool(outputs)
         """Whether its outputs were named."""
@@ -60,6 +67,10 @@ class PlantInterface:
         if not self.outputs:
             raise ModelError([f"{self._system.name} has no real outputs to look at"])
         self._bounds = [_number(variable.min), _number(variable.max), _number(variable.nominal), _number(variable.start)]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For a worker process: without what counts and keeps its runs here."""
+        return {**vars(self), "meter": Meter(), "kept": None, "memory": Memory(), "workers": None, "ahead": {}}
 
     @property
     def name(self) -> str:

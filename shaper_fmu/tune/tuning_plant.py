@@ -29,6 +29,7 @@ from shaper_fmu.tune.tuning_amplitude import modes_over_command
 from shaper_fmu.tune.tuning_trial import integrators, shortfall, tightened, tried, untried
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.move import order_of_input
+from shaper_fmu.tune.workers.workers import Workers
 
 _UNSTABLE = ("unstable", "growth")
 _MORE_ATTEMPTS = 4
@@ -52,6 +53,7 @@ def tune_plant(
     hear: Callable[[Part, int, int], None] | None = None,
     keep: Path | str | None = None,
     resume: bool = False,
+    workers: int = 1,
     **options: Any,
 ) -> Tuning:
     """Find a shaper for an FMU's or a system's `input`, so that its `outputs` do not vibrate after a command.
@@ -72,6 +74,8 @@ def tune_plant(
         keep: file in which the plant's runs are kept (SQLite), each as soon as it is made.
         resume: whether to take the runs that are in that file, which take no steps then: a tuning that was interrupted, or whose
             budget was spent, goes on, and its result is that of one that was not, bit for bit. Else they are deleted.
+        workers: processes in which the plant is run at once, at the points of the range and of the verification; with 1 it is this
+            process alone. The result has the same bits. An FMU that ends its worker has failed at that point.
         options: of `experiment`.
 
     With a move in the requirements profiles are compared, too, and the plant makes the move. `Tuning.efforts` tells the steps
@@ -87,6 +91,8 @@ def tune_plant(
         checked_number(f"spread of {name}", share)
     if amplitude is not None:
         checked_number("amplitude", amplitude)
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        raise ArgumentError(f"workers = {workers!r:.80}: a number of processes, at least 1, is needed")
     if requirements is not None and not isinstance(requirements, Requirements):
         raise ArgumentError(f"requirements = {requirements!r:.80}: Requirements are needed, such as requirements_for(spread)")
     spread = dict(spread or {})
@@ -103,20 +109,29 @@ def tune_plant(
     say(f"note: {plan.words()}")
     plant.meter.hear, plant.meter.expected = hear, {name: one.steps for name, one in plan.usual.items()}
     plan.check(plant.meter.budget)
-    if keep is None:
-        if resume:
-            raise ArgumentError("resume = True needs a file to go on from: keep = ...")
-        return replace(_tuned(plant, requirements, spread, amplitude, say, options), efforts=plant.meter.efforts)
-    plant.kept = KeptRuns(keep, plant.facts(spread), resume=resume)
-    if plant.kept.resumed:
-        say(f"note: {plant.kept.resumed} runs of the plant are known from {keep}, and take no steps")
-    elif plant.kept.replaced:
-        say(f"note: the {plant.kept.replaced} runs of an earlier tuning in {keep} are replaced")
+    if keep is None and resume:
+        raise ArgumentError("resume = True needs a file to go on from: keep = ...")
+    if keep is not None:
+        plant.kept = _kept_runs(keep, plant, spread, resume, say)
+    plant.workers = Workers(workers) if workers > 1 else None
     try:
         return replace(_tuned(plant, requirements, spread, amplitude, say, options), efforts=plant.meter.efforts)
     finally:
-        plant.kept.close()
-        plant.kept = None
+        if plant.workers is not None:
+            plant.workers.close()
+        if plant.kept is not None:
+            plant.kept.close()
+        plant.workers = plant.kept = None
+        plant.ahead = {}
+
+
+def _kept_runs(keep: Path | str, plant: Plant, spread: Mapping[str, float], resume: bool, say: Say) -> KeptRuns:
+    kept = KeptRuns(keep, plant.facts(spread), resume=resume)
+    if kept.resumed:
+        say(f"note: {kept.resumed} runs of the plant are known from {keep}, and take no steps")
+    elif kept.replaced:
+        say(f"note: the {kept.replaced} runs of an earlier tuning in {keep} are replaced")
+    return kept
 
 
 def check_budget(plant: Plant, spread: Mapping[str, float], budget: Budget, moves: bool = False) -> None:
@@ -245,8 +260,7 @@ def _tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
             modes = found.choice.boxes, varied, lasting, found.command.start
             taken = plant.meter.efforts["verify"].steps
             plant.meter.expected["verify"] = taken + of_modes(*modes, usual=True, moves=moves).steps
-            if plant.meter.budget or plant.meter.stopped is not None:
-                plant.meter.allow(of_modes(*modes, moves=moves).steps, "verifying the shaper on the plant")
+            plant.meter.allow(of_modes(*modes, moves=moves).steps, "verifying the shaper on the plant")
         return tried(found, asked, plant)
 
 

@@ -1,6 +1,7 @@
 """An FMU by pythonfmu itself, as somebody else would write it: a mass on a spring, exact for a held force, that counts its steps.
 
-Each step adds a byte to the file $COUNTED_STEPS, and takes $COUNTED_PAUSE seconds, where these are set.
+Each step adds a byte to the file $COUNTED_STEPS, and takes $COUNTED_PAUSE seconds, where these are set. A mass above $COUNTED_DEADLY
+ends the process by SIGSEGV, one above $COUNTED_LIMIT fails.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from pythonfmu.builder import FmuBuilder
 SCRIPT = '''\
 import cmath
 import os
+import signal
 import time
 
 from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
@@ -38,6 +40,10 @@ class Counted(Fmi2Slave):
                 stream.write(b".")
         if pause:
             time.sleep(float(pause))
+        if self.mass > float(os.environ.get("COUNTED_DEADLY", "inf")):
+            os.kill(os.getpid(), signal.SIGSEGV)
+        if self.mass > float(os.environ.get("COUNTED_LIMIT", "inf")):
+            return False
         rate = self.damping / (2.0 * self.mass)
         p = complex(-rate, (self.stiffness / self.mass - rate * rate) ** 0.5)
         rest = self.force / self.stiffness

@@ -12,7 +12,7 @@ from command_line import typed
 from counted_spring import counted_spring, steps_counted
 from rich.console import Console
 
-from shaper_fmu.cli.tune import duration_of
+from shaper_fmu.cli.amounts import duration_of
 from shaper_fmu.export.build import fmu_path
 from shaper_fmu.master.simulation import Simulation
 from shaper_fmu.progress import parts_progress

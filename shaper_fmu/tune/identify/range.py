@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from shaper_fmu.analysis.identification import Finding, IdentificationError, Mode
-from shaper_fmu.errors import ModelError, SimulationError
+from shaper_fmu.analysis.identification import Finding, Mode
+from shaper_fmu.errors import ModelError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
-from shaper_fmu.tune.identify.experiment import PlantIdentification, experiment
-from shaper_fmu.tune.meter import BudgetError
+from shaper_fmu.tune.identify.experiment import PlantIdentification
+from shaper_fmu.tune.identify.points import experiments, point_text
 from shaper_fmu.tune.plant import Plant
 
 _FARTHEST = math.log(2.0)
@@ -106,29 +106,9 @@ def identify_plant(
     Raises as `experiment` does.
     """
     plant = Plant.of(source, input, outputs, start_values)
-    found: list[PlantIdentification] = []
-    failed: list[Finding] = []
-    for point in points:
-        try:
-            here = experiment(plant, point=point, like=found[0] if found else None, **options)
-            found.append(here)
-            for factor in amplitude_factors:
-                amplitude = factor * here.excitation.amplitude
-                found.append(experiment(plant, point=point, like=found[0], **{**options, "amplitude": amplitude}))
-        except (IdentificationError, SimulationError) as error:
-            if not found:
-                raise
-            failed.append(Finding("failed", f"at {_point_text(point)}: {error}"))
-        except BudgetError as error:
-            if not found:
-                raise
-            failed.append(Finding("left_out", f"at {_point_text(point)} no modes are identified: {error}"))
+    found, failed = experiments(plant, points, amplitude_factors, options)
     ranges = _ranges(found)
     return PlantModes(tuple(found), tuple(ranges), (*found[0].findings, *failed, *_lost(found, ranges), *_differences(found)))
-
-
-def _point_text(point: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name} = {value}" for name, value in point.items()) or "the FMU's own start values"
 
 
 def _ranges(found: list[PlantIdentification]) -> list[ModeRange]:
@@ -187,7 +167,7 @@ def _lost(found: list[PlantIdentification], ranges: list[ModeRange]) -> list[Fin
                 seen = " and ".join(f"{m.natural_frequency:.4g}" for m in other.modes) or "none"
                 nominal = one.natural_frequency.nominal
                 text = (
-                    f"at {_point_text(other.start_values)} no mode corresponds to the one at {nominal:.4g} rad/s "
+                    f"at {point_text(other.start_values)} no mode corresponds to the one at {nominal:.4g} rad/s "
                     f"(found there: {seen}): its range does not contain this point"
                 )
                 findings.append(Finding("lost", text))
@@ -198,7 +178,7 @@ def _differences(found: list[PlantIdentification]) -> list[Finding]:
     """Findings on modes that appear or disappear, and findings that the nominal experiment does not have."""
     findings, known = [], {finding.code for finding in found[0].findings}
     for other in found[1:]:
-        where = f"at {_point_text(other.start_values)}, amplitude {other.excitation.amplitude:.3g} {other.input_unit}"
+        where = f"at {point_text(other.start_values)}, amplitude {other.excitation.amplitude:.3g} {other.input_unit}"
         if len(other.modes) != len(found[0].modes):
             findings.append(
                 Finding("modes_differ", f"{where}: {len(other.modes)} modes, where the nominal point has {len(found[0].modes)}")

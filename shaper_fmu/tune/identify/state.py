@@ -193,8 +193,7 @@ class Settling:
 
     def _again(self, system: System) -> np.ndarray:
         assert self._runs is not None
-        if self._meter.budget:
-            self._meter.allow(self._runs.remaining)
+        self._meter.allow(self._runs.remaining)
         late = self._runs.again(system)
         self._meter.add(len(late))
         return late

@@ -62,6 +62,11 @@ class CommandedRuns:
         self.candidate: Candidate = candidate
         self.cases: dict[str, Case] = command.cases(plant, candidate)
 
+    @property
+    def steps(self) -> float:
+        """Of the three cases at one set of parameters."""
+        return sum((case.end + self.window) / self._step_of(name) for name, case in self.cases.items())
+
     def record(self, case: str, values: Mapping[str, float], window: float) -> tuple[int, np.ndarray]:
         """The first row after the last change of the command, and the outputs at every communication step, shape (n, m)."""
         wanted = self.cases[case]

@@ -72,6 +72,16 @@ class ShapedRuns:
         return self._runs.step
 
     @property
+    def plant(self) -> Plant:
+        """The plant."""
+        return self._runs.plant
+
+    @property
+    def steps(self) -> float:
+        """That `measured` takes, about."""
+        return self._runs.steps
+
+    @property
     def noise(self) -> np.ndarray:
         """Standard deviation of each output's noise, 0 without; shape (outputs,)."""
         return self._separation.noise

@@ -9,16 +9,13 @@ solvers that take them for their own.
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from shaper_fmu.errors import ArgumentError, ComponentError, SimulationError
+from shaper_fmu.errors import ArgumentError
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.master.system import System
 from shaper_fmu.tune.choice.boxes import ModeBox
@@ -30,13 +27,7 @@ from shaper_fmu.tune.verification.move import MoveCommand
 from shaper_fmu.tune.verification.runs import STAYS, ShapedRuns
 from shaper_fmu.tune.verification.shares import Measured
 from shaper_fmu.tune.verification.swing import SlowPart
-
-_POINTS = {1: 9, 2: 5}
-_FEWEST_POINTS = 3
-_LITTLE = 0.2
-"""Of what a share may change by: a search ends where there is no more to gain."""
-_FINEST = 1.0 / 128.0
-_MOST_SEARCHED = 80
+from shaper_fmu.tune.verification.worst_case import WorstCase
 
 
 @dataclass(frozen=True)
@@ -125,7 +116,7 @@ def verify(
     first = runs.settled()
     runs.check_rest(first)
     change = runs.refine(first)
-    search = _Worst(runs, nominals, spread)
+    search = WorstCase(runs, nominals, spread)
     nominal = search.measured((0.0,) * len(spread), needed=True)
     assert nominal is not None  # else the error was raised
     try:
@@ -142,83 +133,6 @@ def verify(
         slow.text if slow is not None and slow.moves else "",
     )  # fmt: skip
     return Verification(**{**vars(found), "reason": _reason(found, spread)})
-
-
-class _Worst:
-    """A search for the largest share, over places in [-1, 1]^n."""
-
-    def __init__(self, runs: ShapedRuns, nominals: Mapping[str, float], spread: Mapping[str, float]):
-        self._runs, self._nominals, self._spread = runs, nominals, spread
-        self.points: dict[tuple[float, ...], Measured] = {}
-        self.failed: list[tuple[Mapping[str, float], str]] = []
-        self._tried: set[tuple[float, ...]] = set()
-
-    def measured(self, place: tuple[float, ...], needed: bool = False) -> Measured | None:
-        """The measured shares at a point; None if the plant could not be run."""
-        if place in self._tried:
-            return self.points.get(place)
-        self._tried.add(place)
-        values = {
-            name: value * (1.0 + x * self._spread[name]) for (name, value), x in zip(self._nominals.items(), place, strict=True)
-        }
-        try:
-            found = self._runs.measured(values)
-            self._runs.check_rest(found)
-        except (SimulationError, ComponentError) as error:
-            if needed:
-                raise
-            self.failed.append((values, str(error)))
-            return None
-        self.points[place] = found
-        return self.points[place]
-
-    def grid(self) -> None:
-        """Corners and points between them."""
-        count = _POINTS.get(len(self._spread), _FEWEST_POINTS)
-        for place in itertools.product(np.linspace(-1.0, 1.0, count).tolist(), repeat=len(self._spread)):
-            self.measured(place)
-
-    def compass(self) -> None:
-        """From the worst place on to the worst of its neighbours, with ever smaller steps, as long as these can matter."""
-        place = max(self.points, key=lambda one: self.points[one].share)
-        step, begun = 0.5, len(self._tried)
-        spacing = 2.0 / (_POINTS.get(len(self._spread), _FEWEST_POINTS) - 1)
-        while step >= _FINEST and len(self._tried) - begun < _MOST_SEARCHED and place:
-            around = [(near, self.measured(near)) for near in _neighbours(place, step)]
-            better = [(found.share, near) for near, found in around if found is not None and found.share > self.points[place].share]
-            if better:
-                place = max(better)[1]
-            elif step < spacing and self._to_gain(place, step) <= _LITTLE * STAYS * self._runs.tolerance:
-                break
-            else:
-                step *= 0.5
-
-    def _to_gain(self, place: tuple[float, ...], step: float) -> float:
-        """What the parabolas through a place and two of its neighbours on each axis, both sides or two on one, rise above it."""
-        gain = 0.0
-        for k, at in enumerate(place):
-            inside = [x for x in (at - step, at + step) if -1.0 <= x <= 1.0]
-            inside = inside if len(inside) > 1 else [inside[0], 2.0 * inside[0] - at]
-            seen = [self.points.get((*place[:k], x, *place[k + 1 :])) for x in inside]
-            if None in seen:
-                return math.inf
-            shares = [self.points[place].share, *(one.share for one in seen if one is not None)]
-            gain = max(gain, _rise([0.0, *(x - at for x in inside)], shares))
-        return gain
-
-
-def _neighbours(place: tuple[float, ...], step: float) -> Iterator[tuple[float, ...]]:
-    for k, sign in itertools.product(range(len(place)), (-1.0, 1.0)):
-        yield (*place[:k], min(1.0, max(-1.0, place[k] + sign * step)), *place[k + 1 :])
-
-
-def _rise(places: Sequence[float], values: Sequence[float]) -> float:
-    """How much the parabola through three points rises above the first one, between the outer ones."""
-    second, first, level = np.polyfit(places, values, 2)
-    if second >= 0.0:
-        return 0.0
-    top = min(max(-0.5 * first / second, min(places)), max(places))
-    return float(max(0.0, (second * top + first) * top + level - values[0]))
 
 
 def _reason(found: Verification, spread: Mapping[str, float]) -> str:

@@ -1,0 +1,1 @@
+"""Worker processes that do parts of a tuning's experiments."""
