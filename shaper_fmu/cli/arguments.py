@@ -28,7 +28,7 @@ PICTURE = (".png", ".svg")
 STORE = (".sqlite", ".sqlite3", ".db")
 
 _PACKAGES = {
-    **dict.fromkeys((*PAGE, *PICTURE), (("matplotlib",), "report")),
+    **dict.fromkeys(PICTURE, (("matplotlib",), "report")),
     ".parquet": (("pyarrow",), "parquet"),
 }
 """What is needed to write a file, by its ending, and the extra that installs it."""
@@ -89,11 +89,6 @@ def output_file(*endings: str) -> Callback:
     Its path becomes absolute.
     """
     return _each(lambda path: _unwritable(path, folder=False) or _wrong_ending(path, endings) or _missing_package(path), absolute)
-
-
-def output_page(path: Path) -> Path:
-    """Of a page that needs no package of the extra `report`, as `output_file` otherwise."""
-    return _each(lambda path: _unwritable(path, folder=False) or _wrong_ending(path, PAGE), absolute)(path)
 
 
 output_folder: Callback = _each(lambda path: _unwritable(path, folder=True), absolute)

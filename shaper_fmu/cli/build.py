@@ -15,6 +15,7 @@ import typer
 from shaper_fmu.cli.arguments import input_file, output_file, output_folder, wrong_usage
 from shaper_fmu.cli.kept import Force, check_kept
 from shaper_fmu.cli.made import known_call
+from shaper_fmu.cli.optional import tell_missing
 from shaper_fmu.cli.paths import absolute, wrote
 from shaper_fmu.component import Component
 from shaper_fmu.console import err
@@ -75,7 +76,7 @@ def build(
     Compiled code is kept in a cache, so that the next build takes seconds.
     """
     from shaper_fmu.export.build import build_fmu
-    from shaper_fmu.export.native.toolchain import USUAL_PLATFORMS
+    from shaper_fmu.export.native.toolchain import USUAL_PLATFORMS, has_toolchain
     from shaper_fmu.ssp.archive import archive_of, pack_ssp
 
     folders = [name for name in names or [] if os.path.isdir(name)]
@@ -98,6 +99,8 @@ def build(
             check_kept(fmu, force, "--output", call)
     for archive in archives.values():
         check_kept(archive, force, "NAMES", ["build", str(archive)])
+
+    tell_missing(fmus=bool(components) and (has_toolchain() or backend is _Backend.python))  # shipped FMUs have theirs
 
     def make(component: type[Component], say: Say) -> Path:
         chosen = platforms or []

@@ -29,6 +29,11 @@ def frequency_words(rates: Sequence[float]) -> str:
     return f"{', '.join(f'{w:.6g}' for w in rates)} rad/s ({', '.join(f'{w / (2.0 * math.pi):.4g}' for w in rates)} Hz)"
 
 
+def band_words(low: float, high: float) -> str:
+    """ "4.5 to 5.5 rad/s (0.7162 to 0.8754 Hz)"."""
+    return f"{low:g} to {high:g} rad/s ({low / (2.0 * math.pi):.4g} to {high / (2.0 * math.pi):.4g} Hz)"
+
+
 def mode_words(rates: Sequence[float], ratios: Sequence[float] | None) -> str:
     """The frequencies, and the damping ratios with a word on what nobody has given."""
     given = f"damping ratio {', '.join(f'{z:g}' for z in ratios)}" if ratios else "damping ratio 0, since none is given (-z)"

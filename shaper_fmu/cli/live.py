@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from shaper_fmu.cli.arguments import input_file, output_page, wrong_usage
+from shaper_fmu.cli.arguments import PAGE, input_file, output_file, wrong_usage
 from shaper_fmu.cli.kept import Force, check_kept
 from shaper_fmu.cli.paths import wrote
 from shaper_fmu.component import Component
@@ -22,7 +22,7 @@ def live(
             "--plant", help="A component as a further plant: its name, or a Python file with components; may be repeated."
         ),
     ] = None,
-    output: Annotated[Path, typer.Option(help="Page to write.", callback=output_page)] = Path("live.html"),
+    output: Annotated[Path, typer.Option(help="Page to write.", callback=output_file(*PAGE))] = Path("live.html"),
     force: Force = False,
 ) -> None:
     """Write a page on which shaping is tried: sliders for command, shaper and plant, redrawn while they move.

@@ -44,9 +44,10 @@ def write_plot(path: Path, title: str, blocks: list[Block]) -> None:
     """Write a page with its pictures, or all figures into one picture, by the path's ending; print which files."""
     from shaper_fmu.page.blocks import write_report
     from shaper_fmu.page.figures import Figure
-    from shaper_fmu.page.pictures import write_pictures
 
     if path.suffix.lower() in PICTURE:
+        from shaper_fmu.page.pictures import write_pictures
+
         files = [write_pictures([block for block in blocks if isinstance(block, Figure)], path)]
     else:
         files = write_report(path, title, blocks)

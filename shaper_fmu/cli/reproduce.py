@@ -9,6 +9,7 @@ import typer
 
 from shaper_fmu.cli.arguments import output_folder
 from shaper_fmu.cli.kept import Force, check_kept
+from shaper_fmu.cli.optional import tell_missing
 from shaper_fmu.cli.paths import wrote
 from shaper_fmu.console import err, out, show
 from shaper_fmu.errors import ShaperFmuError, nearest
@@ -40,6 +41,7 @@ def reproduce(
         raise typer.BadParameter(f"there is no {name!r}.{nearest(name, [*NAMES, 'all'])}", param_hint="NAME")
     for key in NAMES if name == "all" else (name,):
         check_kept(_page(output, key), force, "--output", _call(key))
+    tell_missing(pages=True)
     failed = False
     for key in NAMES if name == "all" else (name,):
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,13 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from shaper_fmu.cli import excitation
+from shaper_fmu.cli import excitation, over
 from shaper_fmu.cli.arguments import PAGE, finite, input_system, output_file, pairs, positive, wrong_usage
 from shaper_fmu.cli.kept import Force, check_kept
+from shaper_fmu.cli.optional import tell_missing
 from shaper_fmu.cli.paths import wrote
 from shaper_fmu.console import err, show
 from shaper_fmu.master.algorithms import Algorithm, Coupling, SolverMethod
 from shaper_fmu.master.fmu import Interface
+from shaper_fmu.master.time_figures import number_text
 from shaper_fmu.page.blocks import Table
 from shaper_fmu.progress import progress
 
@@ -85,6 +88,7 @@ def run(
         Path | None,
         typer.Option(help="Write all outputs to this table: .csv or .parquet.", callback=output_file(".csv", ".parquet")),
     ] = None,
+    earlier: Annotated[list[str] | None, typer.Option(over.OPTION, metavar="FILE", help=over.HELP)] = None,
     report: Annotated[
         Path | None,
         typer.Option(help="Write a page (.html) with the time responses, and a picture of each.", callback=output_file(*PAGE)),
@@ -100,6 +104,8 @@ def run(
         shaper-fmu run plant.fmu --input force=step:1@0.5 --until 10 --step 0.01 --output plant.csv
         shaper-fmu run plant.fmu --input force=sine:0.2@1.5Hz --set mass=2 --until 10 --report plant.html
         shaper-fmu run plant.fmu --input force=measured.csv:F --until 10
+        shaper-fmu run crane.ssp --parameter-set unshaped --output unshaped.csv
+        shaper-fmu run crane.ssp --over unshaped.csv --report both.html
     """
     from shaper_fmu.page.blocks import write_report
     from shaper_fmu.report.run import run_blocks
@@ -116,6 +122,8 @@ def run(
     }  # fmt: skip
     check_kept(output, force, "--output")
     check_kept(report, force, "--report")
+    tell_missing(pages=report is not None)
+    tables = over.read_earlier(earlier or [])
     if system.suffix.lower() == ".fmu" and not system.is_dir():
         for option, value in (("--variant", variant), ("--parameter-set", parameter_sets), ("--algorithm", algorithm)):
             if value:
@@ -125,16 +133,25 @@ def run(
         if interface is not None:
             raise typer.BadParameter("this is for one FMU; a system tells its components' interfaces", param_hint="--interface")
         name, results, wired = _run_system(system, variant, parameter_sets or [], asked, algorithm, options)
-    last = [(name, *results.display(name)) for name in results.values]
-    rows = [[name, f"{column[-1]:.6g}", unit] for name, column, unit in last]
-    show(Table("", ["variable", "at the end", "unit"], rows, left_aligned=True))
+    runs = over.laid_over(results, tables)
+    show(_last_values(results, runs))
     if output:
         write = results.to_parquet if output.suffix.lower() == ".parquet" else results.to_csv
         write(output)
         wrote(output)
     if report:
-        for path in write_report(report, f"Run of {name}", run_blocks(results, wired)):
+        for path in write_report(report, f"Run of {name}", run_blocks(runs if tables else results, wired)):
             wrote(path)
+
+
+def _last_values(results: Results, runs: Mapping[str, Results]) -> Table:
+    """The last value of each variable, in this run and in those that it is laid over."""
+    rows = []
+    for name in results.values:
+        ends = [number_text(float(run.display(name)[0][-1])) if name in run.values else "" for run in runs.values()]
+        rows.append([name, *ends, results.display(name)[1]])
+    others = [f"in {name}" for name in list(runs)[1:]]
+    return Table("", ["variable", "at the end", *others, "unit"], rows, left_aligned=True)
 
 
 def _run_fmu(path: Path, asked: _Asked, interface: Interface | None, options: dict[str, Any]) -> tuple[str, Results, System]:

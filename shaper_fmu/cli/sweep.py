@@ -11,6 +11,7 @@ import typer
 from shaper_fmu.cli.arguments import PAGE, STORE, index, input_file, output_file, wrong_usage
 from shaper_fmu.cli.ends import end_message
 from shaper_fmu.cli.kept import Force, check_kept
+from shaper_fmu.cli.optional import tell_missing
 from shaper_fmu.cli.paths import shown, wrote
 from shaper_fmu.console import err, out, show
 from shaper_fmu.progress import progress, runs_progress
@@ -177,6 +178,7 @@ def report_store(
     from shaper_fmu.report.sweep.report import write_sweep_report
 
     check_kept(output, force, "--output")
+    tell_missing(pages=True)
     with progress("writing the report", err) as update:
         written = write_sweep_report(store, output, update)
     for path in written:

@@ -11,6 +11,7 @@ import typer
 from shaper_fmu.cli.amounts import duration_of, share
 from shaper_fmu.cli.arguments import finite, input_file, not_negative, number, output_folder, pairs, positive, wrong_usage
 from shaper_fmu.cli.ends import end_message
+from shaper_fmu.cli.optional import tell_missing
 from shaper_fmu.cli.paths import shown
 from shaper_fmu.cli.tune_results import print_result, write_for, write_results
 from shaper_fmu.cli.tune_sources import TABLES, of_plant, of_table, say
@@ -188,6 +189,7 @@ def tune(
         raise typer.BadParameter("this needs a distance (--move)", param_hint="--max-velocity or --max-acceleration")
     with wrong_usage():
         requirements = requirements_for(spread, **wanted)
+    tell_missing(pages=report, panel=report, shaper=True)
     target: Path = output_folder(folder or Path(f"{plant.stem}_tuned"))
     start_values, beginning = pairs(settings, "--set", "mass=2"), pairs(start, "--start", "angle=0")
     if plant.suffix.lower() in TABLES:

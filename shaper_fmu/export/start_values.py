@@ -15,6 +15,7 @@ from shaper_fmu.component import Component, Variable
 from shaper_fmu.errors import ComponentError, nearest
 from shaper_fmu.export.cache import cached, digest
 from shaper_fmu.export.description_parts import summary
+from shaper_fmu.quantities import in_unit
 from shaper_fmu.registry import load_components
 
 _BOOLEANS = {"true": True, "false": False}
@@ -97,6 +98,8 @@ def _typed(component: type[Component], name: str, value: Any) -> Any:
     variable = component.variables.get(name.split("[")[0])
     if not isinstance(value, str) or variable is None or variable.kind not in (float, int, bool):
         return value
+    if variable.kind is float:
+        value = in_unit(value, variable.unit, f"{component.__name__}: {name}")
     try:
         return _BOOLEANS[value.lower()] if variable.kind is bool else variable.kind(value)
     except (KeyError, ValueError):

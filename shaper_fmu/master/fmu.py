@@ -22,7 +22,7 @@ from shaper_fmu.master.annotations import declares_readable_after_set
 from shaper_fmu.master.binaries import library_problems
 from shaper_fmu.master.clock_descriptions import fmu_clock_problems
 from shaper_fmu.master.description import read_description, without_collector
-from shaper_fmu.master.variables import element_variables, typed_value
+from shaper_fmu.master.variables import element_variables, in_own_unit, kind_of, typed_value
 
 _DESCRIPTION = "modelDescription.xml"
 _MANY = 10_000
@@ -296,6 +296,9 @@ class Fmu:
             )
             raise ModelError([f"{self.name}: {name} {message}"])
         variable = self.variable(name, "input", "parameter")
+        if isinstance(value, str) and kind_of(variable) == "real":
+            unit = self.unit_of(name) or ""
+            value = in_own_unit(value, unit, self.unit_definition(unit), f"{self.name}: {name}")
         return typed_value(variable, value, self.name)
 
 

@@ -8,10 +8,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from fmpy.model_description import Dimension, ModelVariable
+from fmpy.model_description import Dimension, ModelVariable, Unit
 
-from shaper_fmu.errors import ModelError, nearest
+from shaper_fmu.errors import ComponentError, ModelError, nearest
 from shaper_fmu.master.array_sizes import MOST_ELEMENTS
+from shaper_fmu.quantities import Defined, in_unit
+from shaper_fmu.units import BASE
 
 _TYPES: dict[str, type] = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool, "Float64": float, "Float32": float}
 _RANGES = {"Integer": (-(2**31), 2**31), "Enumeration": (-(2**31), 2**31)}
@@ -88,6 +90,19 @@ def possible_values(variable: ModelVariable) -> set[int]:
 def typed_value(variable: ModelVariable, value: Any, where: str) -> float | int | bool:
     """`value`, which may be text, in the variable's type; of an enumeration an item, by name or number. Raises ModelError."""
     return _typed(variable, value, where, items_of(variable))
+
+
+def in_own_unit(text: str, unit: str, definition: Unit | None, where: str) -> str | float:
+    """A number with a unit in the variable's unit, which its FMU may define; other texts unchanged. Raises ModelError."""
+    base = definition.baseUnit if definition is not None else None
+    defined = None
+    if base is not None:
+        exponents = {symbol: int(getattr(base, symbol) or 0) for symbol in BASE}
+        defined = Defined(exponents, float(base.factor or 1.0), float(base.offset or 0.0))
+    try:
+        return in_unit(text, unit, where, defined)
+    except ComponentError as error:
+        raise ModelError([str(error)]) from None
 
 
 def own_start(variable: ModelVariable, where: str) -> float | int | bool:

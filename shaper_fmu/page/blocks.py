@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -85,19 +86,19 @@ def write_report(
 ) -> list[Path]:
     """Write the page and pictures of each figure, <page>_<figure>.png or .svg; returns all paths, the page first.
 
-    Raises ShaperFmuError for a path that does not end as a page, and when the report's extra packages are missing.
+    Without matplotlib, which draws the pictures, it is the page alone. Raises ShaperFmuError for a path that is no page's.
     """
     path = Path(path)
     if path.suffix.lower() not in (".html", ".htm"):
         raise ShaperFmuError(f"{path}: a report is a page, and its file's name ends with .html")
-    try:
-        from shaper_fmu.page.pictures import write_map_picture, write_picture, write_pictures
-    except ImportError as error:
-        raise ShaperFmuError(f"reports need the package {error.name}: pip install 'shaper-fmu[report]'") from None
     path.parent.mkdir(parents=True, exist_ok=True)
     with draft_of(path) as draft:
         draft.write_text(page_text(title, blocks), encoding="utf-8")
     written, figures = [path], [block for block in blocks if isinstance(block, Figure | Map | Panels)]
+    if not can_draw():
+        return written
+    from shaper_fmu.page.pictures import write_map_picture, write_picture, write_pictures
+
     for i, block in enumerate(figures):
         files = [path.with_name(f"{path.stem}_{block.key}.{kind}") for kind in pictures]
         if files and isinstance(block, Figure):
@@ -110,6 +111,11 @@ def write_report(
         if progress is not None:
             progress(i + 1, len(figures))
     return written
+
+
+def can_draw() -> bool:
+    """Whether matplotlib is there, which draws pictures."""
+    return importlib.util.find_spec("matplotlib") is not None
 
 
 def page_text(title: str, blocks: Sequence[Block]) -> str:

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from shaper_fmu.errors import ModelError, nearest
+from shaper_fmu.errors import ComponentError, ModelError, nearest
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.signals import Interpolation
+from shaper_fmu.quantities import Defined, in_unit
 from shaper_fmu.ssp.conversion import IDENTITY, Affine
 from shaper_fmu.ssp.document import Parameter, ParameterSet, SystemDescription
 from shaper_fmu.ssp.findings import Finding, Findings, Weight
@@ -59,15 +60,29 @@ class SspSystem:
     def set(self, name: str, value: Any) -> None:
         """Give a start value to all that a name means: "component.variable", or a connector of any of the systems.
 
-        A connector's value is in the connector's unit. Raises ModelError if nothing has the name, or something else feeds it.
+        A connector's value is in the connector's unit; a text may have another one of its kind ("0.8Hz", "20mm"). Raises
+        ModelError if nothing has the name, or something else feeds it.
         """
         root = self.network.places[""]
         if all(node.path in self.instances for node in targets(self.network, root, name) or ()):
             self._set_variable(name, value)
             return
+        if isinstance(value, str):
+            value = self._in_connectors_unit(name, value)
         kind = _kind_of_text(value) if isinstance(value, str) else _TYPES.get(type(value), "Real")
         parameter = Parameter(name, kind, str(value).lower() if kind == "Boolean" else str(value))
         self.apply(ParameterSet("", [parameter], file=f"{name} = {value}"))
+
+    def _in_connectors_unit(self, name: str, text: str) -> str | float:
+        """A number with a unit in that of the connector; other texts unchanged."""
+        for node in targets(self.network, self.network.places[""], name) or ():
+            unit = self.network.unit(node)
+            defined = Defined(unit.exponents, unit.factor, unit.offset) if unit is not None else None
+            try:
+                return in_unit(text, unit.name if unit is not None else "", name, defined)
+            except ComponentError as error:
+                raise ModelError([str(error)]) from None
+        return text
 
     def _set_variable(self, name: str, value: Any) -> None:
         for path, instance in sorted(self.instances.items(), key=lambda item: -len(item[0])):

@@ -246,7 +246,9 @@ def test_a_missing_package_is_told_before_the_run(workshop, monkeypatch):
 
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name in ("pyarrow", "matplotlib") else find_spec(name))
     refused(workshop, [*RUN, "--output", "r.parquet"], "r.parquet", "pip install 'shaper-fmu[parquet]'")
-    refused(workshop, [*RUN, "--report", "r.html"], "need the package matplotlib: pip install 'shaper-fmu[report]'")
+    refused(
+        workshop, ["design", "zv", "-w", "5", "--plot", "r.png"], "need the package matplotlib: pip install 'shaper-fmu[report]'"
+    )
 
 
 @pytest.mark.parametrize(

@@ -54,6 +54,14 @@ def test_files_that_are_named_are_there(page):
             assert list(ROOT.glob(name.rstrip("/"))), name
 
 
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if page.parent != ROOT], ids=lambda path: path.relative_to(ROOT).as_posix()
+)
+def test_a_page_is_read_in_minutes(page):
+    """Below 1,500 words; docs/python.md is a list to look things up."""
+    assert page.name == "python.md" or len(page.read_text(encoding="utf-8").split()) < 1500
+
+
 def test_the_readme_links_every_page_of_the_documentation():
     linked = {(ROOT / target.partition("#")[0]).resolve() for target in links(ROOT / "README.md")}
     missing = [path.relative_to(ROOT).as_posix() for path in PAGES if path.is_relative_to(ROOT / "docs") and path not in linked]

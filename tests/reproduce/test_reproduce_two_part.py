@@ -109,7 +109,7 @@ def test_by_the_estimate_of_eq_7(study):
 def test_which_way_to_err(study):
     """High for a fixed time, low for a time in periods of the estimate: V is below that of the other side at 10 and 20 %."""
     two = study.estimates["two-part"]
-    page = (Path(__file__).parents[2] / "docs" / "reproduce.md").read_text()
+    page = (Path(__file__).parents[2] / "docs" / "wrong_estimates.md").read_text()
     for label, values in (("the duration is fixed", two.errors), ("the duration is 0.85 periods of the estimate", two.in_periods)):
         assert f"| {label} | {' | '.join(f'{100 * v:.1f} %' for v in values)} |" in page
     for (minus20, minus10, plus10, plus20), sign in ((two.errors, 1), (two.in_periods, -1)):
@@ -243,7 +243,7 @@ def test_the_report(study, updates, monkeypatch):
     others = {row[0]: row[1:] for row in tables[2].rows}
     assert others["two-part"][1] == "0.8881 to 1.1686 (0.2805 wide)"
     assert others["constant acceleration (Mimmi and Pennacchi)"][:2] == ["-", "needs more than a period"]
-    damping = {row[0]: row[1:] for row in tables[3].rows}  # by the formula in docs/reproduce.md, and root finding
+    damping = {row[0]: row[1:] for row in tables[3].rows}  # by the formula in docs/wrong_estimates.md, and root finding
     for row, v, band in (
         ("single, of the pendulum", (9.80, 6.58), "0.035 to 0.138"),
         ("single, designed for", (7.97, 7.97), "0.030 to 0.130"),

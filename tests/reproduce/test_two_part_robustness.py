@@ -78,7 +78,7 @@ def test_a_ramp_and_the_polynomial_leave_more_than_5_percent(compared):
 
 @pytest.mark.parametrize(("command", "parts"), [("single", 1), ("two-part", 2)])
 def test_a_wrong_damping_leaves_what_the_formula_says(command, parts):
-    """docs/reproduce.md's formula; the command comes half a step late, by the damping 1e-4 of V and up to 4e-4."""
+    """docs/wrong_estimates.md's formula; the command comes half a step late, by the damping 1e-4 of V and up to 4e-4."""
     with oscillator() as bench:
         for zeta, believed in ((0.0, 0.08), (0.16, 0.08), (0.3, 0.08), (0.08, 0.0), (0.08, 0.16), (0.08, 0.3), (0.02, 0.3)):
             q = W * T * complex(-zeta, math.sqrt(1 - zeta * zeta))
