@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from shaper_fmu.tune.tuning import Tuning
 
 _OF_SHAPERS = (".fmu", ".ssv", ".ssp")
+_SENTENCES = re.compile(r"(?<=[.;]) (?=[A-Z])")
+"""Where a result in words is parted into lines."""
 
 
 def print_result(found: Tuning) -> None:
@@ -30,7 +33,8 @@ def print_result(found: Tuning) -> None:
     for finding in found.findings:
         err.print(f"note: {finding.text}")
     verdict = found.verdict.replace("_", " ")
-    out.print(found.summary if found.summary.startswith(verdict) else f"{verdict}: {found.summary}")
+    said = found.summary if found.summary.startswith(verdict) else f"{verdict}: {found.summary}"
+    out.print("\n  ".join(_SENTENCES.split(said)))
     words = effort_words(found.efforts)
     if words:
         err.print(words)

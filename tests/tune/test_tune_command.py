@@ -45,6 +45,7 @@ def spring(fmus, tmp_path_factory) -> tuple[Path, Done]:
 def test_the_words_and_the_files(spring):
     folder, done = spring
     assert "tuned: " in done.stdout
+    assert "\n  On the plant: " in done.stdout  # a sentence, a line
     assert "the tolerance of 5 % holds" in done.stdout
     names = {
         "InputShaper_MassSpringDamper.fmu", "shaper.ssv", "shaped_plant.ssp", "MassSpringDamper_shaped.fmu", "tuning.json", "report.html"
