@@ -14,7 +14,7 @@ help:  ## Show the targets
 
 # what is installed for a target: the demo needs less than the tests, and these less than ruff and pyright, which `make test-rest` runs, too
 EXTRAS_demo := native,report
-EXTRAS_test := $(EXTRAS_demo),xarray,parquet,dask,interop,test
+EXTRAS_test := $(EXTRAS_demo),wasm,xarray,parquet,dask,interop,test
 EXTRAS_dev := $(EXTRAS_test),dev
 EXTRAS_docs := $(EXTRAS_demo),docs
 

@@ -177,7 +177,7 @@ def _check(folders: list[str], platforms: list[str], backend: _Backend, fmi: _Fm
             raise typer.BadParameter(f"{folder}: no {DESCRIPTION} in this folder", param_hint="NAMES")
     with wrong_usage("--platform"):
         for name in platforms:
-            platform_named(name)
+            platform_named(name, 0 if folders else int(fmi))
     if backend is _Backend.python and fmi is not _Fmi.two:
         raise typer.BadParameter("the python backend builds FMI 2.0 only; FMI 3.0 needs --backend native", param_hint="--fmi")
 

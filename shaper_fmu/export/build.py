@@ -52,21 +52,22 @@ def build_fmu(
         folder: where to; made if it is missing.
         backend: "native" (machine code, no Python inside) or "python" (its source, run by the host's Python).
         fmi: 2 or 3; the python backend knows FMI 2.0 only.
-        platforms: names such as "i686-linux", or "this" for the one that runs; default: the five of 64 bits.
+        platforms: names such as "i686-linux", or "this" for the one that runs; default: the five of 64 bits. With FMI 3.0 also
+            "wasm32-wasip2", a component of WebAssembly (experimental; needs the extra `wasm`).
         progress: called with what is being done.
 
     Raises BuildError when the component cannot be built; then no file is written or changed.
     """
     if not isinstance(component, type):
         raise BuildError(f"build_fmu({component!r:.60}): a component's class is needed, such as find_component('MassSpringDamper')")
-    chosen = [platform_named(name).name for name in platforms] or list(USUAL_PLATFORMS)
     if fmi not in (2, 3):
         raise BuildError(f"FMI {fmi} is not known; use 2 or 3")
+    chosen = [platform_named(name, fmi).name for name in platforms] or list(USUAL_PLATFORMS)
     if Backend(backend) is Backend.python:
         if fmi != 2:
             raise BuildError("the python backend builds FMI 2.0 only; use --backend native for FMI 3.0")
         return pythonfmu_backend.build_fmu(component, folder)
-    if not has_toolchain():
+    if not has_toolchain() and set(chosen) <= set(USUAL_PLATFORMS):
         shipped = shipped_fmu(component, fmi)
         if shipped is not None:
             progress(f"{component.__name__}: FMI {fmi}.0, as shipped, for all platforms")
@@ -83,10 +84,11 @@ def fmu_path(
     BuildError when it cannot be built.
     """
     found = find_component(component) if isinstance(component, str) else component
-    shipped = shipped_fmu(found, fmi) if Backend(backend) is Backend.native else None
+    names = [platform_named(name, fmi).name for name in platforms] or list(USUAL_PLATFORMS)
+    usual = Backend(backend) is Backend.native and set(names) <= set(USUAL_PLATFORMS)
+    shipped = shipped_fmu(found, fmi) if usual else None
     if shipped is not None:
         return shipped
-    names = [platform_named(name).name for name in platforms] or list(USUAL_PLATFORMS)
     tools = toolchain_version() if Backend(backend) is Backend.native else version("pythonfmu")
     date = os.environ.get("SOURCE_DATE_EPOCH", "")
     key = digest(sources_digest(found), tools, *_other_tools(), str(Backend(backend)), str(fmi), date, *names)
@@ -106,8 +108,8 @@ def sources_digest(component: type[Component]) -> str:
 
 @functools.lru_cache(maxsize=1)
 def _other_tools() -> tuple[str, ...]:
-    """Versions of what else leaves its trace in an FMU: FMI's headers, the page's picture."""
-    return tuple(_version_or_none(name) for name in ("fmpy", "matplotlib"))
+    """Versions of what else leaves its trace in an FMU: FMI's headers, the page's picture, the encoder of components."""
+    return tuple(_version_or_none(name) for name in ("fmpy", "matplotlib", "wasmtime"))
 
 
 def _version_or_none(package: str) -> str:

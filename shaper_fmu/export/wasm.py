@@ -63,7 +63,7 @@ def wasm_module(component: type[Component]) -> bytes:
             for file, text in files.items():
                 (Path(folder) / file).write_text(text, encoding="utf-8")
             target = Path(folder) / f"{name}{WASM32.suffix}"
-            build_module(Path(folder) / "module.c", target)
+            build_module([Path(folder) / "module.c"], target, [])
             return target.read_bytes()
 
     return cached("modules", f"{name}-{key}{WASM32.suffix}", make).read_bytes()

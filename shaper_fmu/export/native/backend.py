@@ -14,10 +14,11 @@ from shaper_fmu.component import Component
 from shaper_fmu.export.documentation import documentation_page
 from shaper_fmu.export.fmi2_description import fmi2_native_description
 from shaper_fmu.export.fmi3_description import fmi3_native_description
+from shaper_fmu.export.native.fmi_ls_wasm.build import wasm_files
 from shaper_fmu.export.native.kernels import component_files
 from shaper_fmu.export.native.libraries import library
 from shaper_fmu.export.native.sources import fmu_sources, sources_folder
-from shaper_fmu.export.native.toolchain import PLATFORMS, USUAL_PLATFORMS, platform_named, toolchain_version
+from shaper_fmu.export.native.toolchain import PLATFORMS, USUAL_PLATFORMS, WASM_COMPONENT, platform_named, toolchain_version
 from shaper_fmu.export.packing import check_component, content_guid, licences
 from shaper_fmu.export.terminals_and_icons import icon_and_terminals
 
@@ -37,7 +38,7 @@ def build_native_fmu(
     is written or changed.
     """
     name = component.__name__
-    chosen = [platform_named(platform) for platform in platforms or USUAL_PLATFORMS]
+    chosen = [platform_named(platform, fmi) for platform in platforms or USUAL_PLATFORMS]
     check_component(component)
     progress(f"{name}: kernels")
     page, own = _of_both_versions(component)
@@ -53,6 +54,9 @@ def build_native_fmu(
     libraries = {}
     for platform in chosen:
         progress(f"{name}: FMI {fmi}.0, {platform.name}")
+        if platform is WASM_COMPONENT:
+            files |= wasm_files(component, sources)
+            continue
         libraries[platform.name] = library(name, platform, fmi, sources).read_bytes()
     files |= _binaries(name, fmi, libraries)
     return write_archive(Path(folder) / f"{name}.fmu", files)

@@ -65,6 +65,9 @@ USUAL_PLATFORMS = tuple(known.name for known in PLATFORMS.values() if known.usua
 WASM32 = Platform("wasm32", "wasm32-wasi", ".wasm", "", "", usual=False)
 """For modules of WebAssembly, which are no FMUs: FMI knows no such platform."""
 
+WASM_COMPONENT = Platform("wasm32-wasip2", WASM32.target, WASM32.suffix, "", "wasm32-wasip2", usual=False)
+"""For components of WebAssembly in FMUs of FMI 3.0, by the draft of the layered standard fmi-ls-wasm."""
+
 # No contraction: a product and a sum are rounded each, as in Python. No sanitizer traps, which zig adds by default.
 _FLAGS = [
     "-O2",
@@ -78,17 +81,29 @@ _FLAGS = [
     "-w",
 ]
 _LINK = ["-shared", "-s"]
-_LINK_MODULE = ["-mexec-model=reactor", "-s", "-Wl,--gc-sections", "-lm"]
+# a stack of 1 MB, below all else: where it ends, memory ends, and the host is told
+_LINK_MODULE = ["-mexec-model=reactor", "-s", "-Wl,--gc-sections", "-Wl,-z,stack-size=1048576", "-lm"]
 
 
-def platform_named(name: str) -> Platform:
-    """The platform of this name; "this" is the one that runs. Raises BuildError for an unknown name."""
+def platform_named(name: str, component_fmi: int = 0) -> Platform:
+    """The platform of this name; "this" is the one that runs. Raises BuildError for an unknown name.
+
+    WASM_COMPONENT is for single components with FMI 3.0 alone: those give their version of FMI.
+    """
     if name == "this":
         machine = platform.machine().lower()
         machine = {"amd64": "x86_64", "arm64": "aarch64", "i386": "i686", "x86": "i686"}.get(machine, machine)
         name = f"{machine}-{platform.system().lower()}"
     if name == WASM32.name:
         raise BuildError("wasm32 is no platform of FMUs; `build --wasm FOLDER` makes modules for pages")
+    if name == WASM_COMPONENT.name:
+        if component_fmi == 3:
+            return WASM_COMPONENT
+        what = f"FMI {component_fmi}.0" if component_fmi else "systems"
+        raise BuildError(
+            f"wasm32-wasip2 is not for {what}: the draft of fmi-ls-wasm is for FMI 3.0, and shaper-fmu builds single "
+            "components for it (build NAME --fmi 3 --platform wasm32-wasip2)"
+        )
     if name not in PLATFORMS:
         for known in PLATFORMS.values():
             if name.lower() in (known.fmi2_folder, known.fmi3_folder):  # as the folders in an FMU, and `info`, call it
@@ -121,9 +136,9 @@ def compile_object(source: Path, target: Path, built_for: Platform, includes: li
     _compile(["-c", str(source), *_FLAGS, *position, *[f"-I{folder}" for folder in includes]], target, built_for)
 
 
-def build_module(source: Path, target: Path) -> None:
-    """Compile a C file to a module of WebAssembly. Raises BuildError with the compiler's words."""
-    _compile([str(source), *_FLAGS, *_LINK_MODULE], target, WASM32)
+def build_module(sources: list[Path], target: Path, includes: list[Path]) -> None:
+    """Compile C files to a module of WebAssembly. Raises BuildError with the compiler's words."""
+    _compile([*map(str, sources), *_FLAGS, *_LINK_MODULE, *[f"-I{folder}" for folder in includes]], target, WASM32)
 
 
 def _link(arguments: list[str], target: Path, built_for: Platform) -> None:
