@@ -13,6 +13,7 @@ from shaper_fmu.cli.arguments import finite, input_file, not_negative, number, o
 from shaper_fmu.cli.ends import end_message
 from shaper_fmu.cli.optional import tell_missing
 from shaper_fmu.cli.paths import shown
+from shaper_fmu.cli.tune_inputs import check_several, of_inputs, several_inputs
 from shaper_fmu.cli.tune_results import print_result, write_for, write_results
 from shaper_fmu.cli.tune_sources import TABLES, of_plant, of_table, say
 from shaper_fmu.console import err, out
@@ -29,12 +30,15 @@ def tune(
             callback=input_file(".fmu", ".ssp", *TABLES),
         ),
     ],
-    input_: Annotated[
-        str,
+    inputs: Annotated[
+        list[str] | None,
         typer.Option(
-            "--input", help="The plant's input that gets the commands; for a measured response the column of the excitation."
+            "--input",
+            help="The plant's input that gets the commands; repeatable: a shaper before each. For a measured response the column "
+            "of the excitation.",
         ),
-    ] = "",
+    ] = None,
+    common: Annotated[bool, typer.Option("--common", help="With several inputs: the same shaper before each.")] = False,
     outputs: Annotated[
         list[str] | None,
         typer.Option("--output", help="An output that must not vibrate; repeatable. Default: all outputs that vibrate."),
@@ -157,6 +161,7 @@ def tune(
     \b
     Examples:
         shaper-fmu tune crane.fmu --input trolley_acceleration --output swing_angle --vary initial_rope_length=10%
+        shaper-fmu tune gantry.fmu --input force_x --input force_y --output angle_x --output angle_y
         shaper-fmu tune loop.ssp --input controller.reference --output chain.position_3 --max-delay 2
         shaper-fmu tune ringing.csv --input force --output position
         shaper-fmu tune sweep.csv --command current --output acceleration
@@ -189,6 +194,11 @@ def tune(
         raise typer.BadParameter("this needs a distance (--move)", param_hint="--max-velocity or --max-acceleration")
     with wrong_usage():
         requirements = requirements_for(spread, **wanted)
+    names = list(inputs or ())
+    if common and len(names) < 2:
+        raise typer.BadParameter("this needs several inputs (--input)", param_hint="--common")
+    if len(names) > 1:
+        check_several(names, is_table=plant.suffix.lower() in TABLES, moves=move is not None, machines=bool(machines))
     tell_missing(pages=report, panel=report, shaper=True)
     target: Path = output_folder(folder or Path(f"{plant.stem}_tuned"))
     start_values, beginning = pairs(settings, "--set", "mass=2"), pairs(start, "--start", "angle=0")
@@ -199,7 +209,7 @@ def tune(
             raise typer.BadParameter("a measured response has no runs of a plant to go on from", param_hint="--resume")
         found = of_table(
             plant,
-            input_,
+            names[0] if names else "",
             outputs,
             requirements,
             [*spread, *start_values, *beginning],
@@ -209,12 +219,15 @@ def tune(
             also=also or (),
         )
     else:
-        limits = Budget(steps, budget)
-        tuned = of_plant(
-            plant, input_, outputs, requirements, spread, start_values, beginning, amplitude=amplitude, duration=duration,
-            budget=limits, settle=settle, keep=target / FILE, resume=resume, workers=workers,
-        )  # fmt: skip
-        found = {"": tuned}
+        options: dict[str, Any] = {
+            "amplitude": amplitude, "duration": duration, "budget": Budget(steps, budget), "settle": settle, "resume": resume,
+            "workers": workers,
+        }  # fmt: skip
+        given = plant, names, outputs, requirements, spread, start_values, beginning
+        if len(names) > 1:
+            several_inputs(of_inputs(*given, common=common, keep=target, **options), target, report)
+            return
+        found = {"": of_plant(*given, keep=target / FILE, **options)}
     several = len(found) > 1
     good, into = [one.good for one in found.values()], target
     for along, one in found.items():

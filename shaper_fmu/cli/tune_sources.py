@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +17,7 @@ from shaper_fmu.progress import parts_progress
 if TYPE_CHECKING:
     from shaper_fmu.master.fmu import Fmu
     from shaper_fmu.master.system import System
+    from shaper_fmu.tune.plant import Plant
     from shaper_fmu.tune.tuning import Tuning
 
 TABLES = (".csv", ".parquet", ".tsv", ".txt")
@@ -45,7 +48,7 @@ def of_table(
 
 def of_plant(
     path: Path,
-    input_: str,
+    inputs: list[str],
     outputs: list[str] | None,
     requirements: Any,
     spread: dict[str, float],
@@ -54,48 +57,73 @@ def of_plant(
     **options: Any,
 ) -> Tuning:
     """The tuning of a plant, with what is wrong told by the option."""
+    from shaper_fmu.tune.kept_runs import KeptRuns
+    from shaper_fmu.tune.tuning_plant import check_budget, tune_plant
+
+    if not inputs:
+        raise typer.BadParameter("name the input that gets the commands", param_hint="--input")
+    plant = checked_plant(*source_of(path, start_values), inputs[0], outputs, spread, beginning)
+    if options["resume"]:
+        with wrong_usage("--resume"):
+            KeptRuns(options["keep"], plant.facts(spread), resume=True).close()
+    with wrong_usage("--steps or --budget"):
+        check_budget(plant, spread, options["budget"], requirements.move is not None)
+    with told_by_progress([plant]) as hear:
+        return tune_plant(plant, requirements=requirements, spread=spread, say=say, hear=hear, **options)
+
+
+@contextmanager
+def told_by_progress(plants: list[Plant]) -> Iterator[Callable[[str, int, int], None]]:
+    """Show the progress; exit where an interrupted tuning has no mode."""
+    from shaper_fmu.tune.meter import BudgetError
+
+    try:
+        with parts_progress(err) as update:
+            yield lambda part, steps, expected: update(f"{part}, steps of the plant", steps, expected)
+    except BudgetError as error:
+        stopped = next((one.meter.stopped for one in plants if one.meter.stopped is not None), None)
+        if stopped is None:
+            raise
+        err.print(f"{error}; no mode was identified; what was measured is kept, and --resume goes on")
+        raise typer.Exit(end_message(stopped)[1]) from None
+
+
+def source_of(path: Path, start_values: dict[str, str]) -> tuple[Fmu | System, dict[str, str]]:
+    """The FMU, or the system with its start values set, and the start values that are left to be given."""
     from shaper_fmu.master.alone import alone_system
     from shaper_fmu.master.fmu import load_fmu
     from shaper_fmu.ssp.archive import load_ssp
-    from shaper_fmu.tune.kept_runs import KeptRuns
-    from shaper_fmu.tune.meter import BudgetError
-    from shaper_fmu.tune.plant import Plant
-    from shaper_fmu.tune.tuning_plant import check_budget, tune_plant
 
-    if not input_:
-        raise typer.BadParameter("name the input that gets the commands", param_hint="--input")
     if path.suffix.lower() != ".ssp":
         fmu = load_fmu(path)
         alone_system(fmu, {})
         with wrong_usage("--set"):
             alone_system(fmu, start_values)
-        source: Fmu | System = fmu
-    else:
-        loaded = load_ssp(path)
-        for note in loaded.notes:
-            err.print(f"note: {note}")
-        for name, value in start_values.items():
-            with wrong_usage("--set"):
-                loaded.set(name, value)
-        source, start_values = loaded.system, {}
+        return fmu, start_values
+    loaded = load_ssp(path)
+    for note in loaded.notes:
+        err.print(f"note: {note}")
+    for name, value in start_values.items():
+        with wrong_usage("--set"):
+            loaded.set(name, value)
+    return loaded.system, {}
+
+
+def checked_plant(
+    source: Fmu | System,
+    start_values: dict[str, str],
+    input_: str,
+    outputs: list[str] | None,
+    spread: dict[str, float],
+    beginning: dict[str, str],
+) -> Plant:
+    """The plant, with what is wrong told by the option."""
+    from shaper_fmu.tune.plant import Plant
+
     with wrong_usage("--input or --output"):
         plant = Plant(source, input_, outputs, start_values)
     with wrong_usage("--start"):
         plant = plant.beginning(beginning)
     with wrong_usage("--vary"):
         plant.nominal_values(spread)
-    if options["resume"]:
-        with wrong_usage("--resume"):
-            KeptRuns(options["keep"], plant.facts(spread), resume=True).close()
-    with wrong_usage("--steps or --budget"):
-        check_budget(plant, spread, options["budget"], requirements.move is not None)
-    try:
-        with parts_progress(err) as update:
-            hear = lambda part, steps, expected: update(f"{part}, steps of the plant", steps, expected)  # noqa: E731
-            found = tune_plant(plant, requirements=requirements, spread=spread, say=say, hear=hear, **options)
-    except BudgetError as error:
-        if plant.meter.stopped is None:
-            raise
-        err.print(f"{error}; no mode was identified; what was measured is kept, and --resume goes on")
-        raise typer.Exit(end_message(plant.meter.stopped)[1]) from None
-    return found
+    return plant

@@ -18,6 +18,8 @@ from shaper_fmu.tune.meter import Budget as Budget
 from shaper_fmu.tune.meter import BudgetError as BudgetError
 from shaper_fmu.tune.tuning import Tuning as Tuning
 from shaper_fmu.tune.tuning import requirements_for as requirements_for
+from shaper_fmu.tune.tuning_inputs import InputsTuning as InputsTuning
+from shaper_fmu.tune.tuning_inputs import tune_inputs as tune_inputs
 from shaper_fmu.tune.tuning_measured import tune_axes as tune_axes
 from shaper_fmu.tune.tuning_measured import tune_measured as tune_measured
 from shaper_fmu.tune.tuning_plant import tune_plant as tune_plant

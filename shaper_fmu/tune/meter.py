@@ -187,6 +187,11 @@ class Meter:
         if self.hear is not None:
             self.hear(part, self._efforts[part].steps, self.expected.get(part, 0))
 
+    def merge(self, efforts: Mapping[Part, Effort]) -> None:
+        """Count what another meter has counted, too."""
+        for name, effort in efforts.items():
+            self._add(name, effort)
+
     def replay(self, log: Iterable[Entry], times: Iterable[tuple[Part, float]], *, checked: bool = True) -> None:
         """Count what another process has done, in its order.
 

@@ -105,6 +105,11 @@ class Plant(PlantInterface):
             self.kept.keep(key, *arrays)
         return made[0]
 
+    @property
+    def system(self) -> System:
+        """A new system with the plant alone."""
+        return copied(self._system)
+
     def driven(self, table: np.ndarray) -> System:
         """The plant with its input held at the `table`'s (time, value), rows of shape (k, 2)."""
         system = copied(self._system)

@@ -8,12 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from shaper_fmu.analysis.identification import Mode
-from shaper_fmu.tune.choice.boxes import ModeBox
+from shaper_fmu.tune.choice.boxes import SAME_MODE, ModeBox
 from shaper_fmu.tune.identify.measured_result import MeasuredIdentification
 from shaper_fmu.tune.identify.range import ModeRange, Range
-
-_SAME = math.log(1.25)
-"""Modes of two recordings whose frequencies differ by less are the same one, the nearest ones first."""
 
 
 def boxes_of(recordings: Sequence[MeasuredIdentification]) -> list[ModeBox]:
@@ -52,7 +49,7 @@ def _followed(recordings: Sequence[MeasuredIdentification]) -> list[list[Mode | 
         )
         taken: dict[int, int] = {}
         for distance, i, j in pairs:
-            if distance < _SAME and i not in taken and j not in taken.values():
+            if distance < SAME_MODE and i not in taken and j not in taken.values():
                 taken[i] = j
         for i, modes in enumerate(found):
             modes.append(one.identification.modes[taken[i]] if i in taken else None)

@@ -66,20 +66,20 @@ def tuning_numbers(tuning: Tuning) -> dict[str, Any]:
         "operating_points": [_point(tuning, one) for one in tuning.plant.experiments] if tuning.plant is not None else [],
         "measured": _measured(tuning.measured) if tuning.measured is not None else None,
         "choice": _choice(choice) if choice is not None else None,
-        "verification": _verification(tuning.verification) if tuning.verification is not None else None,
+        "verification": verification_numbers(tuning.verification) if tuning.verification is not None else None,
         "effort": _effort(tuning) if tuning.efforts else None,
     }
-    return _strict(found)
+    return strict(found)
 
 
-def _strict(value: Any) -> Any:
+def strict(value: Any) -> Any:
     """The same with plain Python numbers, and null for those that are not finite."""
     if isinstance(value, Mapping):
-        return {str(name): _strict(one) for name, one in value.items()}
+        return {str(name): strict(one) for name, one in value.items()}
     if isinstance(value, np.ndarray):
-        return _strict(value.tolist())
+        return strict(value.tolist())
     if isinstance(value, list | tuple):
-        return [_strict(one) for one in value]
+        return [strict(one) for one in value]
     if isinstance(value, bool | np.bool_):
         return bool(value)
     if isinstance(value, int | np.integer):
@@ -262,7 +262,8 @@ def _candidate(number: int, one: Candidate) -> dict[str, Any]:
     }
 
 
-def _verification(found: Verification) -> dict[str, Any]:
+def verification_numbers(found: Verification) -> dict[str, Any]:
+    """All numbers of a verification."""
     return {
         "reason": found.reason,
         "holds": found.holds,

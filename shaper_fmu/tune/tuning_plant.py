@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -111,11 +112,24 @@ def tune_plant(
     plan.check(plant.meter.budget)
     if keep is None and resume:
         raise ArgumentError("resume = True needs a file to go on from: keep = ...")
+    with at_work(plant, keep, plant.facts(spread), resume=resume, workers=workers, say=say):
+        return replace(_tuned(plant, requirements, spread, amplitude, say, options), efforts=plant.meter.efforts)
+
+
+@contextmanager
+def at_work(
+    plant: Plant, keep: Path | str | None, facts: Mapping[str, str], *, resume: bool, workers: int, say: Say
+) -> Iterator[None]:
+    """The plant with a file for its runs, and with worker processes. See `tune_plant` and `KeptRuns`."""
     if keep is not None:
-        plant.kept = _kept_runs(keep, plant, spread, resume, say)
+        kept = plant.kept = KeptRuns(keep, facts, resume=resume)
+        if kept.resumed:
+            say(f"note: {kept.resumed} runs of the plant are known from {keep}, and take no steps")
+        elif kept.replaced:
+            say(f"note: the {kept.replaced} runs of an earlier tuning in {keep} are replaced")
     plant.workers = Workers(workers) if workers > 1 else None
     try:
-        return replace(_tuned(plant, requirements, spread, amplitude, say, options), efforts=plant.meter.efforts)
+        yield
     finally:
         if plant.workers is not None:
             plant.workers.close()
@@ -123,15 +137,6 @@ def tune_plant(
             plant.kept.close()
         plant.workers = plant.kept = None
         plant.ahead = {}
-
-
-def _kept_runs(keep: Path | str, plant: Plant, spread: Mapping[str, float], resume: bool, say: Say) -> KeptRuns:
-    kept = KeptRuns(keep, plant.facts(spread), resume=resume)
-    if kept.resumed:
-        say(f"note: {kept.resumed} runs of the plant are known from {keep}, and take no steps")
-    elif kept.replaced:
-        say(f"note: the {kept.replaced} runs of an earlier tuning in {keep} are replaced")
-    return kept
 
 
 def check_budget(plant: Plant, spread: Mapping[str, float], budget: Budget, moves: bool = False) -> None:
@@ -218,7 +223,7 @@ def _verified(found: Tuning, boxes: Sequence[ModeBox], asked: Requirements, plan
     assert first is not None
     say("verifying it on the plant")
     try:
-        found = _tried(found, asked, plant)
+        found = tried_within(found, asked, plant)
     except BudgetError as error:
         return untried(found, str(error))
     refuted: list[tuple[Candidate, str]] = []
@@ -242,13 +247,13 @@ def _verified(found: Tuning, boxes: Sequence[ModeBox], asked: Requirements, plan
             choice = choose_another(first, best, refuted)
         say("verifying it on the plant")
         try:
-            found = _tried(replace(found, choice=choice, verification=None, responses=()), asked, plant)
+            found = tried_within(replace(found, choice=choice, verification=None, responses=()), asked, plant)
         except BudgetError as error:
             return replace(found, summary=f"{found.summary}. No other shaper is tried: {error}")
     return found
 
 
-def _tried(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
+def tried_within(found: Tuning, asked: Requirements, plant: Plant) -> Tuning:
     """The tuning with what simulations of the plant show; raises BudgetError before them, if these do not fit the budget."""
     with plant.meter.part("verify"):
         if found.choice is not None:

@@ -24,7 +24,7 @@ from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.plant import SHAPER, Plant
 from shaper_fmu.tune.tuning import Say, Tuning
 from shaper_fmu.tune.tuning_json import write_json
-from shaper_fmu.tune.verification.command import even_width
+from shaper_fmu.tune.verification.command import Command, even_width
 from shaper_fmu.tune.verification.move import MoveCommand
 
 if TYPE_CHECKING:
@@ -106,10 +106,9 @@ def shaped_system(tuning: Tuning) -> System:
     if isinstance(command, MoveCommand):
         return command.shown(plant, candidate)[1].system
     system = plant.behind(candidate.start_values(), command.rest, _shaper(tuning), output="shaped_mean")
-    order, duration = _reference(tuning, plant)
-    peak = (1.0, 2.0 / duration, 2.0 * math.pi / duration**2)[order]  # of a cycloid over a distance of 1
+    order, duration, distance = command_of(command, plant, _boxes(tuning))
     profile = plant.free_name(PROFILE)
-    system.add(profile, fmu_path("MotionProfile"), distance=command.amplitude / peak, duration=duration, start_time=command.start)
+    system.add(profile, fmu_path("MotionProfile"), distance=distance, duration=duration, start_time=command.start)
     system.connect(f"{profile}.{OUTPUTS[order]}", f"{plant.shaper}.command", offset=command.rest)
     return system
 
@@ -120,10 +119,18 @@ def _reference(tuning: Tuning, plant: Plant) -> tuple[int, float]:
         assert tuning.candidate is not None
         assert tuning.candidate.profile is not None
         return tuning.command.order, tuning.candidate.profile.duration
-    order = max(tuning.command.integrators, plant.input_order)
+    return command_of(tuning.command, plant, _boxes(tuning))[:2]
+
+
+def command_of(command: Command, plant: Plant, boxes: Sequence[ModeBox]) -> tuple[int, float, float]:
+    """The move that is like a command: which of its outputs goes to the input, its duration [s] and its distance."""
+    order = max(command.integrators, plant.input_order)
     if order == 0:
-        return 0, _ABRUPT * 2.0 * math.pi / max(box.natural_frequency.nominal for box in _boxes(tuning))
-    return order, order * (tuning.command.width or even_width(_boxes(tuning)))
+        duration = _ABRUPT * 2.0 * math.pi / max(box.natural_frequency.nominal for box in boxes)
+    else:
+        duration = order * (command.width or even_width(boxes))
+    peak = (1.0, 2.0 / duration, 2.0 * math.pi / duration**2)[order]  # of a cycloid over a distance of 1
+    return order, duration, command.amplitude / peak
 
 
 def _write_move(tuning: Tuning, folder: Path) -> list[Path]:

@@ -15,6 +15,8 @@ _MOST_DAMPED = 0.95
 """Damping ratio above which nothing swings; ranges of uncertain modes end here."""
 
 
+SAME_MODE = math.log(1.25)
+"""Modes of two sets whose frequencies differ by less are the same one, the nearest ones first."""
 UNDAMPED = 1e-6
 """Damping ratio up to which a mode counts as undamped in designs and in messages; bounds use the true one."""
 
@@ -152,3 +154,40 @@ def shares(boxes: Sequence[ModeBox]) -> np.ndarray:
     if not (total > 0.0).any():
         raise ArgumentError("no mode has an amplitude above 0: nothing vibrates, so that no shaper is needed")
     return amplitudes[:, total > 0.0] / total[total > 0.0]
+
+
+def merged_boxes(sets: Sequence[Sequence[ModeBox]]) -> list[ModeBox]:
+    """The boxes of several inputs or recordings of one plant: those within 25 % are the same mode, the nearest ones first.
+
+    A merged box contains both. Its amplitudes are those of all sets, one after the other, 0 where a set does not have the mode.
+    """
+    sizes = [len(boxes[0].amplitudes) if boxes else 0 for boxes in sets]
+    found: list[tuple[ModeBox, list[float]]] = []
+    for number, boxes in enumerate(sets):
+        before = sum(sizes[:number])
+        near = sorted(
+            (abs(math.log(one.natural_frequency.nominal / box.natural_frequency.nominal)), i, j)
+            for i, (one, _) in enumerate(found)
+            for j, box in enumerate(boxes)
+        )
+        taken: dict[int, int] = {}
+        for distance, i, j in near:
+            if distance < SAME_MODE and i not in taken.values() and j not in taken:
+                taken[j] = i
+        for i, (_, amplitudes) in enumerate(found):
+            amplitudes += [0.0] * sizes[number] if i not in taken.values() else []
+        for j, box in enumerate(boxes):
+            if j in taken:
+                one, amplitudes = found[taken[j]]
+                found[taken[j]] = _around_both(one, box), [*amplitudes, *box.amplitudes]
+            else:
+                found.append((box, [*([0.0] * before), *box.amplitudes]))
+    return [replace(box, amplitudes=tuple(amplitudes)) for box, amplitudes in found]
+
+
+def _around_both(one: ModeBox, other: ModeBox) -> ModeBox:
+    w, zeta = (
+        Range(min(a.low, b.low), a.nominal, max(a.high, b.high))
+        for a, b in ((one.natural_frequency, other.natural_frequency), (one.damping_ratio, other.damping_ratio))
+    )
+    return replace(one, natural_frequency=w, damping_ratio=zeta)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from shaper_fmu.master.results import Results
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import Candidate
 from shaper_fmu.tune.plant import Plant
-from shaper_fmu.tune.verification.command import Case, Command
+from shaper_fmu.tune.verification.command import Case
 from shaper_fmu.tune.verification.move import MoveCommand
 from shaper_fmu.tune.verification.peaks import peak_to_peak
 
@@ -26,6 +27,28 @@ _PERIODS = 1.5
 _ON_GRID = 1e-3
 _SAME_TIME = 1e-6
 """Share of a step by which times may differ that are the same."""
+
+
+class AnyCommand(Protocol):
+    """What a verification commands: a `Command`, a `MoveCommand`, or several inputs' commands."""
+
+    @property
+    def name(self) -> str:
+        """Its name in messages."""
+        ...
+
+    @property
+    def start(self) -> float:
+        """When it begins [s]."""
+        ...
+
+    def cases(self, plant: Plant, candidate: Candidate) -> dict[str, Case]:
+        """See `Command.cases`."""
+        ...
+
+    def stepping(self, plant: Plant) -> dict[str, Any]:
+        """Options of the runs."""
+        ...
 
 
 class CommandedRuns:
@@ -50,7 +73,7 @@ class CommandedRuns:
         outputs: Sequence[str],
         candidate: Candidate,
         boxes: Sequence[ModeBox],
-        command: Command | MoveCommand,
+        command: AnyCommand,
     ):
         self.plant: Plant = plant
         self.outputs: list[str] = [plant.full(name) for name in outputs]
@@ -58,7 +81,7 @@ class CommandedRuns:
         per_period = STEPS_OF_MOVE if isinstance(command, MoveCommand) else STEPS_PER_PERIOD
         self.step: float = min(self.fastest / per_period, plant.longest_step)
         self.window: float = _PERIODS * 2.0 * math.pi / min(box.natural_frequency.low for box in boxes)
-        self.command: Command | MoveCommand = command
+        self.command: AnyCommand = command
         self.candidate: Candidate = candidate
         self.cases: dict[str, Case] = command.cases(plant, candidate)
 

@@ -12,9 +12,7 @@ from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.choice.choice import Candidate
 from shaper_fmu.tune.identify.unexcited import BEGIN_AT_REST
 from shaper_fmu.tune.plant import Plant
-from shaper_fmu.tune.verification.command import Command
-from shaper_fmu.tune.verification.commanded import CommandedRuns
-from shaper_fmu.tune.verification.move import MoveCommand
+from shaper_fmu.tune.verification.commanded import AnyCommand, CommandedRuns
 from shaper_fmu.tune.verification.separation import AT_REST, Separation
 from shaper_fmu.tune.verification.shares import QUIET, Measured, is_first_order, moved, unshaped_moved
 from shaper_fmu.tune.verification.swing import SlowPart
@@ -58,7 +56,7 @@ class ShapedRuns:
         candidate: Candidate,
         boxes: Sequence[ModeBox],
         tolerance: float,
-        command: Command | MoveCommand,
+        command: AnyCommand,
         slow: SlowPart | None = None,
     ):
         self.tolerance: float = tolerance

@@ -111,6 +111,13 @@ def verify(
         raise ArgumentError(f"{candidate.name}: a move's profile needs a `move_command`, and a shaper alone needs none")
     plant = Plant.of(source, input, outputs, start_values)
     runs = ShapedRuns(plant, outputs, candidate, boxes, tolerance, command or Command(), slow)
+    return verified_runs(runs, outputs, spread, tolerance, slow)
+
+
+def verified_runs(
+    runs: ShapedRuns, outputs: Sequence[str], spread: Mapping[str, float], tolerance: float, slow: SlowPart | None
+) -> Verification:
+    """The verification with these runs; see `verify`."""
     nominals = runs.nominals(spread)
     runs.look_at_rest(runs.raw({}))
     first = runs.settled()
