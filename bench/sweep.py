@@ -26,7 +26,8 @@ from shaper_fmu.ssp.archive import load_ssp, pack_ssp
 from shaper_fmu.sweep.engine import job_of, provenance_of, with_nominals
 from shaper_fmu.sweep.engines import Engine, Processes, Serial, available_workers
 from shaper_fmu.sweep.job import Job
-from shaper_fmu.sweep.store import Outcome, Store, Task
+from shaper_fmu.sweep.runs import Outcome, Task
+from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import Study
 from shaper_fmu.sweep.variation import Vary
 

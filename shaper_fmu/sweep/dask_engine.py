@@ -16,7 +16,7 @@ from shaper_fmu.errors import ShaperFmuError, StudyError
 from shaper_fmu.sweep.engines import available_workers
 from shaper_fmu.sweep.job import Job
 from shaper_fmu.sweep.pool import Feed, Pool
-from shaper_fmu.sweep.store import Outcome, Task
+from shaper_fmu.sweep.runs import Outcome, Task
 
 _CHUNK_SECONDS = 2.0
 _MOST_TASKS = 5000

@@ -23,8 +23,9 @@ from shaper_fmu.sweep.engines import Engine, Processes, Serial, available_worker
 from shaper_fmu.sweep.job import Job
 from shaper_fmu.sweep.plan import Value
 from shaper_fmu.sweep.refine import points_to_add
+from shaper_fmu.sweep.runs import Run, Task
 from shaper_fmu.sweep.step_lengths import sweep_step_notes
-from shaper_fmu.sweep.store import Run, Store, Task
+from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import Study, check_study
 from shaper_fmu.version import __version__
 

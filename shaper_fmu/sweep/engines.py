@@ -8,7 +8,7 @@ from typing import Protocol
 
 from shaper_fmu.sweep.job import Job, Runner
 from shaper_fmu.sweep.pool import Feed, Pool
-from shaper_fmu.sweep.store import Outcome
+from shaper_fmu.sweep.runs import Outcome
 
 _ENTER_AFTER = 0.2
 """Outcomes of a serial sweep are given when this time has passed [s]."""

@@ -13,7 +13,8 @@ import numpy as np
 from shaper_fmu.drafts import draft_of
 from shaper_fmu.errors import ShaperFmuError, StudyError
 from shaper_fmu.spreadsheets import safe_text
-from shaper_fmu.sweep.store import Run, Store
+from shaper_fmu.sweep.runs import Run
+from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import Study
 
 _ROW_GROUP = 50_000

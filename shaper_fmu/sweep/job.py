@@ -20,7 +20,7 @@ from shaper_fmu.master.once import OccupiedError
 from shaper_fmu.master.system import System
 from shaper_fmu.metrics.metric import Metric
 from shaper_fmu.sweep.plan import Value
-from shaper_fmu.sweep.store import Outcome, Task
+from shaper_fmu.sweep.runs import Outcome, Task
 
 _GROUP_SECONDS = 0.02
 _LARGEST_GROUP = 1000

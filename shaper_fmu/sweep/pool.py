@@ -19,7 +19,7 @@ from shaper_fmu import errors
 from shaper_fmu.errors import ModelError, ShaperFmuError, SimulationError
 from shaper_fmu.master.isolated_process import BEGUN, CLOSED, Child
 from shaper_fmu.sweep.job import Work
-from shaper_fmu.sweep.store import Outcome, Task
+from shaper_fmu.sweep.runs import Outcome, Task
 from shaper_fmu.sweep.worker import CODE, NOW, Answer, tasks_frame
 
 _POLL = 0.1

@@ -16,7 +16,7 @@ from shaper_fmu.sweep.plan import SAMPLED
 from shaper_fmu.sweep.variation import Vary
 
 if TYPE_CHECKING:
-    from shaper_fmu.sweep.store import Store
+    from shaper_fmu.sweep.stored import Stored
     from shaper_fmu.sweep.study import Study
 
 
@@ -71,7 +71,7 @@ def counts_text(counts: Mapping[str, int]) -> str:
     return ", ".join([f"{counts.get('done', 0)} of {total} done", *rest])
 
 
-def cases_table(store: Store) -> Table:
+def cases_table(store: Stored) -> Table:
     """What is done of each case, and the range of each metric there."""
     study = store.study()
     found: dict[str, dict[str, list[float]]] = {case: {} for case in study.compare}
@@ -89,7 +89,7 @@ def cases_table(store: Store) -> Table:
     return Table("Cases", ["case", "done", "failed", *study.metrics], rows)
 
 
-def metric_figures(store: Store, metric: str | None = None) -> list[Figure]:
+def metric_figures(store: Stored, metric: str | None = None) -> list[Figure]:
     """Metrics over the first varied value, a line for each case; points alone where several start values vary.
 
     StudyError for an unknown metric, if nothing is done, and if the value is a text or a truth.

@@ -18,7 +18,7 @@ from shaper_fmu.master.isolated_process import BEGUN, CLOSED, read_frame, send
 from shaper_fmu.master.once import OccupiedError
 from shaper_fmu.master.process_ends import leave_ends_to_the_caller
 from shaper_fmu.sweep.job import Doer, Work
-from shaper_fmu.sweep.store import Outcome, Task
+from shaper_fmu.sweep.runs import Outcome, Task
 
 CODE = (  # the FMUs' own words on standard output go to standard error, so the channel has the outcomes alone
     "import os; channel = os.dup(1); os.dup2(2, 1); from shaper_fmu.sweep.worker import serve; serve(channel, {window!r})"

@@ -26,7 +26,8 @@ from shaper_fmu.report.sweep.report import read_store, sweep_blocks, write_sweep
 from shaper_fmu.report.sweep.yields import yield_of
 from shaper_fmu.ssp.archive import load_ssp
 from shaper_fmu.sweep.engine import provenance_of, with_nominals
-from shaper_fmu.sweep.store import Outcome, Store
+from shaper_fmu.sweep.runs import Outcome
+from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import read_study
 
 

@@ -8,7 +8,8 @@ from pathlib import Path
 from harmful_fmu import HARM
 
 from shaper_fmu.ssp.archive import pack_ssp
-from shaper_fmu.sweep.store import Run, Store
+from shaper_fmu.sweep.runs import Run
+from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import Study, read_study
 
 SYSTEMS = Path(__file__).parents[2] / "ssp"

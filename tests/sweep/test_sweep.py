@@ -13,7 +13,8 @@ from shaper_fmu.analysis.response import command_end, residual_amplitude
 from shaper_fmu.archives import read_archive, write_archive
 from shaper_fmu.errors import ModelError, StudyError
 from shaper_fmu.sweep.engine import load_stored_system, run_study
-from shaper_fmu.sweep.store import Run, Store
+from shaper_fmu.sweep.runs import Run
+from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import Study
 
 

@@ -15,7 +15,7 @@ from sweep_cases import harmful_study, runs_of
 from shaper_fmu.errors import SimulationError
 from shaper_fmu.master.isolated_process import Child, send
 from shaper_fmu.sweep.engine import engine_for, run_study
-from shaper_fmu.sweep.store import Outcome
+from shaper_fmu.sweep.runs import Outcome
 from shaper_fmu.sweep.worker import Answer
 
 RUNS = 12

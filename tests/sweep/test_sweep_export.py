@@ -15,7 +15,8 @@ from shaper_fmu.errors import ShaperFmuError, StudyError
 from shaper_fmu.ssp.archive import pack_ssp
 from shaper_fmu.sweep.engine import run_study
 from shaper_fmu.sweep.export import to_xarray, write_csv, write_parquet
-from shaper_fmu.sweep.store import Run, Store
+from shaper_fmu.sweep.runs import Run
+from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import Study, read_study
 
 SYSTEMS = Path(__file__).parents[2] / "ssp"

@@ -20,7 +20,8 @@ from shaper_fmu.errors import StudyError
 from shaper_fmu.master.results import Results
 from shaper_fmu.spreadsheets import plain_text, safe_text
 from shaper_fmu.sweep.export import write_csv
-from shaper_fmu.sweep.store import Outcome, Store
+from shaper_fmu.sweep.runs import Outcome
+from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import Study, check_study, read_study
 
 
@@ -53,7 +54,8 @@ def test_nothing_is_left_beside_a_store(tmp_path):
 
 KILLED = """
 import os, signal, sys
-from shaper_fmu.sweep.store import Outcome, Store
+from shaper_fmu.sweep.runs import Outcome
+from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import read_study
 store = Store(sys.argv[2], read_study(sys.argv[1]), {})
 store.enter([Outcome(task.id, (1.0, 2.0), None, 0.0) for task in list(store.planned())[:4]])

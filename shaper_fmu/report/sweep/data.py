@@ -17,7 +17,8 @@ from shaper_fmu.master.system import System
 from shaper_fmu.page.figures import label
 from shaper_fmu.ssp.archive import SspSystem
 from shaper_fmu.sweep.plan import SAMPLED, Value
-from shaper_fmu.sweep.store import Run, Store
+from shaper_fmu.sweep.runs import Run
+from shaper_fmu.sweep.store import Store
 from shaper_fmu.sweep.study import Study
 from shaper_fmu.sweep.variation import Vary
 

@@ -15,7 +15,7 @@ from shaper_fmu.page.figures import Figure, Line, label
 from shaper_fmu.report.sweep.curves import slug, thinned
 from shaper_fmu.report.sweep.data import SweepData
 from shaper_fmu.sweep.engine import simulate_run
-from shaper_fmu.sweep.store import Run
+from shaper_fmu.sweep.runs import Run
 
 MOST_CASES = 12
 """Cases whose responses are drawn."""

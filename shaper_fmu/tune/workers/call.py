@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shaper_fmu.sweep.store import Outcome, Task
+from shaper_fmu.sweep.runs import Outcome, Task
 from shaper_fmu.tune.kept_runs import RunsToRead
 from shaper_fmu.tune.meter import Budget
 from shaper_fmu.tune.workers.logged import Done, LoggedMeter

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shaper_fmu.sweep.pool import Pool
-from shaper_fmu.sweep.store import Task
+from shaper_fmu.sweep.runs import Task
 from shaper_fmu.tune.workers.call import KNOWN, RUNS, Call, Calls, write_whole
 from shaper_fmu.tune.workers.logged import Done
 
