@@ -91,6 +91,11 @@ def output_file(*endings: str) -> Callback:
     return _each(lambda path: _unwritable(path, folder=False) or _wrong_ending(path, endings) or _missing_package(path), absolute)
 
 
+def output_drawing(path: Path) -> Path:
+    """Of a drawing of a system (.svg), which needs no package."""
+    return _each(lambda path: _unwritable(path, folder=False) or _wrong_ending(path, (".svg",)), absolute)(path)
+
+
 output_folder: Callback = _each(lambda path: _unwritable(path, folder=True), absolute)
 """Of a folder to be written to, which is made then if it is missing. Its path becomes absolute."""
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from shaper_fmu.cli.arguments import STORE, input_system, output_file
+from shaper_fmu.cli.arguments import STORE, input_system, output_drawing
 from shaper_fmu.cli.kept import Force, check_kept
 from shaper_fmu.cli.paths import wrote
 from shaper_fmu.console import out, show
@@ -38,7 +38,7 @@ def info(
     ] = False,
     drawing: Annotated[
         Path | None,
-        typer.Option(help="Write a drawing: boxes, connectors with units, connections (.svg).", callback=output_file(".svg")),
+        typer.Option(help="Write a drawing: boxes, connectors with units, connections (.svg).", callback=output_drawing),
     ] = None,
     force: Force = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print all facts as JSON, for scripts.")] = False,

@@ -12,6 +12,7 @@ import venv
 from pathlib import Path
 
 import pytest
+from made_once import made_once
 
 import shaper_fmu
 from shaper_fmu import fmu_path
@@ -57,10 +58,15 @@ def run(command: list[str], **options) -> str:
     return done.stdout
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def wheel(tmp_path_factory) -> Path:
     """The wheel, as `make dist` builds it."""
-    folder = tmp_path_factory.mktemp("dist")
+    found = next(made_once(tmp_path_factory, "dist", _build_wheel).glob("*.whl"))
+    assert found.name.startswith(f"shaper_fmu-{shaper_fmu.__version__}-")
+    return found
+
+
+def _build_wheel(folder: Path) -> None:
     source = folder / "source"
     for name in PACKED:
         if (ROOT / name).is_dir():
@@ -71,15 +77,12 @@ def wheel(tmp_path_factory) -> Path:
         run([sys.executable, "-m", f"shaper_fmu.{part}"], cwd=source, env={**os.environ, "PYTHONPATH": str(source)})
     run([*pip(), "wheel", "--no-deps", "--wheel-dir", str(folder), "."], cwd=source)
     shutil.rmtree(source)
-    found = next(folder.glob("*.whl"))
-    assert found.name.startswith(f"shaper_fmu-{shaper_fmu.__version__}-")
-    return found
 
 
 @pytest.fixture(scope="module")
-def clean(wheel) -> Path:
+def clean(wheel, tmp_path_factory) -> Path:
     """A fresh environment with nothing but the wheel and what it requires."""
-    return environment(wheel.parent / "environment", str(wheel))
+    return made_once(tmp_path_factory, "clean", lambda folder: environment(folder, str(wheel))) / "bin" / "python"
 
 
 def environment(folder: Path, *requirements: str) -> Path:

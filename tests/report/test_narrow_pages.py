@@ -20,7 +20,7 @@ ROW = [
 ]
 BROKEN = """(() => {
   const broken = [];
-  for (const cell of document.querySelectorAll(".left-aligned td, .u-legend th, h4, figcaption")) {
+  for (const cell of document.querySelectorAll(".left-aligned td:not(.long), .u-legend th, h4, figcaption")) {
     const text = [...cell.childNodes].find((node) => node.nodeType === 3);
     for (const word of text ? text.data.matchAll(/\\S+/g) : []) {
       const range = document.createRange();
@@ -45,6 +45,7 @@ def figure(key: str, right: bool = False) -> Figure:
 def written(tmp_path_factory) -> list[Path]:
     blocks = [
         Table("Claims", ["claim", "found", "verdict", "why"], [ROW], left_aligned=True),
+        Table("Provenance", ["what", "digest", "", "how"], [["FMU crane", 8 * "0b7a5a23", "", "read"]], left_aligned=True),
         Table("Numbers", [""] + 12 * ["wide"], [["row"] + 12 * ["12.345678"]]),
         Panels("both", "Fig. 3", [figure("a"), figure("b")]),
         figure("right", right=True),
@@ -73,6 +74,37 @@ def test_no_word_is_broken(written, width, tmp_path):
         assert undrawn(chromium) == []
         panels = chromium.run("[...document.querySelectorAll('#map .uplot')].map((e) => e.getBoundingClientRect().width)")
         assert min(panels) >= 200  # narrower, there are no numbers on the axes; panels are one below the other instead
+
+
+CUT = (
+    """[...document.querySelectorAll(".cards")].map((table) => table.parentElement.scrollWidth - table.parentElement.clientWidth)"""
+)
+
+
+@needs_chromium
+def test_a_digest_is_broken_where_it_would_be_cut(written, tmp_path):
+    with browser(tmp_path) as chromium:
+        chromium.open(written[0].as_uri(), width=400)
+        assert chromium.run("document.querySelectorAll('td.long').length") == 1
+        assert max(chromium.run(CUT)) <= 0
+
+
+@needs_chromium
+def test_on_paper(written, tmp_path):
+    """No values of a place that nobody points at, panels one below the other, and no chart wider than the paper."""
+    with browser(tmp_path) as chromium:
+        chromium.open(written[0].as_uri(), width=700)
+        chromium.call("Emulation.setEmulatedMedia", media="print")
+        shown = chromium.run("[...document.querySelectorAll('.u-legend .u-value')].filter((e) => e.offsetWidth > 0).length")
+        names = chromium.run(
+            "[...document.querySelectorAll('.u-legend .u-label')].filter((e) => e.offsetWidth > 0).map((e) => e.textContent)"
+        )
+        assert shown == 0
+        assert "slide" in names
+        assert not [name for name in names if name.startswith("time")]
+        left = chromium.run("[...document.querySelectorAll('.panels > *')].map((e) => e.getBoundingClientRect().left)")
+        assert len(left) == 2
+        assert left[0] == left[1]
 
 
 def test_panels_are_one_picture_and_each_is_drawn(written):
