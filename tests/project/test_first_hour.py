@@ -182,7 +182,10 @@ def test_the_sdist(sdist, tmp_path):
 def interpreter(version: str) -> str | None:
     """A Python of this version, on the search path or where pyenv keeps its own."""
     kept = sorted((Path.home() / ".pyenv" / "versions").glob(f"{version}.*/bin/python"))
-    return shutil.which(f"python{version}") or next((str(path) for path in kept), None)
+    for found in (*map(str, kept), shutil.which(f"python{version}")):
+        if found and subprocess.run([found, "--version"], capture_output=True, check=False).returncode == 0:
+            return found
+    return None
 
 
 @pytest.mark.parametrize("version", ["3.12", "3.13", "3.14"])
