@@ -92,7 +92,7 @@ def test_build_start(tmp_path):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     variables = {v.name: v for v in read_model_description(tmp_path / "Slow.fmu").modelVariables}
-    assert float(variables["natural_frequency[1]"].start) == pytest.approx(1.6 * math.pi)
+    assert float(str(variables["natural_frequency[1]"].start)) == pytest.approx(1.6 * math.pi)
     done = typed("build", "InputShaper", "--start", "natural_frequency[1]=0.8kg", "--name", "Wrong", "--output", ".", cwd=tmp_path)
     assert done.returncode == 2
     assert "kg is a unit of another kind" in " ".join(done.stderr.split())
