@@ -10,6 +10,7 @@ from shaper_fmu.tune.identify.experiment import PlantIdentification as PlantIden
 from shaper_fmu.tune.identify.experiment import experiment as experiment
 from shaper_fmu.tune.identify.linearization import linearize as linearize
 from shaper_fmu.tune.identify.measured import identify_measured as identify_measured
+from shaper_fmu.tune.identify.measured_parts import identify_ring_downs as identify_ring_downs
 from shaper_fmu.tune.identify.measured_result import MeasuredIdentification as MeasuredIdentification
 from shaper_fmu.tune.identify.range import PlantModes as PlantModes
 from shaper_fmu.tune.identify.range import identify_plant as identify_plant

@@ -32,7 +32,7 @@ _LITTLE, _CLOSER = 1.5, 0.97
 _WITH_SHAPER: tuple[Verdict, ...] = ("tuned", "not_held", "not_verified", "not_proven")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class InputsTuning:
     """Shapers for several inputs.
 
@@ -56,6 +56,9 @@ class InputsTuning:
     common: bool
     stopped: KeyboardInterrupt | None = None
     effort: Effort = field(default_factory=Effort, compare=False)
+
+    def __repr__(self) -> str:
+        return f"<InputsTuning: {self.verdict.replace('_', ' ')}; {'; '.join(map(repr, self.tunings.values()))}>"
 
     @property
     def summary(self) -> str:

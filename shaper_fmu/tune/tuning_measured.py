@@ -14,7 +14,7 @@ from shaper_fmu.tune.choice.choice import choose
 from shaper_fmu.tune.choice.reasons import percent
 from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.hidden import hidden_of_forced, hidden_share
-from shaper_fmu.tune.identify.measured import identify_measured
+from shaper_fmu.tune.identify.measured_parts import identify_ring_downs
 from shaper_fmu.tune.identify.measured_result import MeasuredIdentification
 from shaper_fmu.tune.identify.measured_table import Table
 from shaper_fmu.tune.recordings import boxes_of
@@ -41,6 +41,7 @@ def tune_measured(
         requirements: what is wanted; by default `requirements_for({})`.
         also: further recordings of the machine (other axes, places, loads): the shaper is for the modes' ranges over all of them.
 
+    Of a recording with several ring-downs each is identified (see `identify_ring_downs`), and counts as a recording of its own.
     The modes' shares are those of the response as it was excited; with a command's column those of the response to a step of it.
     """
     recordings, names = _identified((source, *also), outputs, requirements, options)
@@ -84,11 +85,16 @@ def axis_of(one: MeasuredIdentification) -> str:
 def _identified(
     sources: Sequence[Path | str | Table], outputs: Sequence[str] | None, requirements: Requirements | None, options: dict[str, Any]
 ) -> tuple[list[MeasuredIdentification], list[str]]:
-    """The identifications, and the names of the files."""
+    """The identifications, of each ring-down of a file, and their names."""
     if requirements is not None:
         requirements.check_impulses_only()
-    names = ["the table" if isinstance(one, Table) else Path(one).name for one in sources]
-    return [identify_measured(one, outputs, **options) for one in sources], names
+    found, names = [], []
+    for source in sources:
+        name = "the table" if isinstance(source, Table) else Path(source).name
+        parts = identify_ring_downs(source, outputs, **options)
+        found += parts
+        names += [name, *(f"{name} (ring-down {number})" for number in range(2, len(parts) + 1))]
+    return found, names
 
 
 def _tuned(recordings: Sequence[MeasuredIdentification], names: Sequence[str], requirements: Requirements) -> Tuning:

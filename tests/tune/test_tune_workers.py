@@ -61,6 +61,8 @@ def assert_same_but_effort(one: Tuning, other: Tuning) -> None:
 def test_workers_give_the_same_bits_and_the_file_has_their_runs(tmp_path):
     alone = tuned()
     assert alone.verdict == "tuned"
+    assert repr(alone.plant).startswith("<PlantModes: 5 experiments; 5 rad/s (4.6")
+    assert len(repr(alone.plant)) < 100
     assert_same(alone, tuned(workers=2, keep=tmp_path / FILE))
     again = tuned(keep=tmp_path / FILE, resume=True)
     assert again.verification == alone.verification

@@ -187,6 +187,14 @@ def recording_blocks(measured: MeasuredIdentification | None, shown: Sequence[st
     begin, end = measured.span
     text = f"Of the recording from {time[0]:.5g} to {time[-1]:.5g} s the part from {begin:.5g} to {end:.5g} s was taken as free."
     marks = [(begin, "free from here on")]
+    if measured.parts:
+        told = "; ".join(f"{first:.5g} to {last:.5g} s" for first, last in measured.parts)
+        text = (
+            f"Of the recording from {time[0]:.5g} to {time[-1]:.5g} s {len(measured.parts)} ring-downs were cut out, and each was "
+            f"identified: {told}. The first one is shown below."
+        )
+        marks = [(first, f"ring-down {number}") for number, (first, _) in enumerate(measured.parts, 1)]
+        marks += [(last, "its end") for _, last in measured.parts]
     if measured.law is not None:
         text = (
             f"The recording lasts from {time[0]:.5g} to {time[-1]:.5g} s. From {begin:.5g} to {end:.5g} s it sweeps from "

@@ -53,7 +53,7 @@ _GROWTH = 7.0
 """Time constants of what grows, at most: a factor of 1100."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PlantIdentification:
     """The result of an experiment at one operating point.
 
@@ -87,6 +87,10 @@ class PlantIdentification:
     findings: tuple[Finding, ...]
     linear: LinearComparison | None = None
     grid: float = 0.0
+
+    def __repr__(self) -> str:
+        modes = ", ".join(f"{one.natural_frequency:.4g} rad/s (damping ratio {one.damping_ratio:.3g})" for one in self.modes)
+        return f"<PlantIdentification: {self.input} -> {', '.join(self.outputs)}; {modes or 'no modes'}>"
 
     @property
     def modes(self) -> tuple[Mode, ...]:

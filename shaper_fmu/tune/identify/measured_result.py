@@ -26,6 +26,7 @@ class MeasuredIdentification:
         recording: all times [s] and values of the outputs, shapes (n,) and (n, m), of which `response` was cut out; None if nothing
             was cut.
         law: of the sweep, if that is the excitation and was not recorded.
+        parts: begin and end of all ring-downs of the recording [s], of which this is the first; () if it is the only one.
     """
 
     identification: Identification
@@ -38,6 +39,7 @@ class MeasuredIdentification:
     forced: Forced | None = None
     recording: tuple[np.ndarray, np.ndarray] | None = None
     law: SweepLaw | None = None
+    parts: tuple[tuple[float, float], ...] = ()
 
     @property
     def span(self) -> tuple[float, float]:

@@ -52,7 +52,7 @@ class ModeRange:
     modes: tuple[Mode | None, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PlantModes:
     """The result of experiments at several operating points and amplitudes.
 
@@ -75,6 +75,15 @@ class PlantModes:
     def nominal(self) -> PlantIdentification:
         """The experiment at the first operating point."""
         return self.experiments[0]
+
+    def __repr__(self) -> str:
+        modes = ", ".join(
+            f"{w.nominal:.4g} rad/s ({w.low:.4g} to {w.high:.4g}), damping ratio {one.damping_ratio.nominal:.3g}"
+            for one in self.ranges
+            for w in (one.natural_frequency,)
+        )
+        many = f"{len(self.experiments)} experiments" if len(self.experiments) > 1 else "one experiment"
+        return f"<PlantModes: {many}; {modes or 'no modes'}>"
 
 
 def operating_points(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
