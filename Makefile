@@ -48,10 +48,11 @@ fmus: $(VENV)/ready-demo  ## Build all FMUs, for all platforms: FMI 2.0 into fmu
 	$(BIN)/shaper-fmu build --force
 	$(BIN)/shaper-fmu build --fmi 3 --output fmus/fmi3 --force
 
-dist: $(VENV)/ready-demo  ## Build a wheel that carries the native FMUs of all components and the master's loop, into dist/
+dist: $(VENV)/ready-demo  ## Build a wheel that carries the native FMUs of all components, the master's loop and the kernels of pages, into dist/
 	$(BIN)/python -m shaper_fmu.export.build
 	$(BIN)/python -m shaper_fmu.master.loop_library
 	$(BIN)/python -m shaper_fmu.container.library
+	$(BIN)/python -m shaper_fmu.live.shipped
 	rm -rf dist
 	$(PIP) wheel --quiet --no-deps --wheel-dir dist .; status=$$?; rm -rf shaper_fmu/shipped; exit $$status
 	@ls dist

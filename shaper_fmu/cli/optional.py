@@ -16,7 +16,7 @@ def tell_missing(*, pages: bool = False, panel: bool = False, fmus: bool = False
 
     Args:
         pages: pages are written, with pictures beside them.
-        panel: and with a live panel, which is compiled.
+        panel: and with a live panel, which is compiled unless it was shipped.
         fmus: FMUs are built, with pictures in their documentation.
         shaper: the FMU of a shaper is written, which is compiled with its start values. Raises BuildError if there is no plain one
             either.
@@ -28,10 +28,19 @@ def tell_missing(*, pages: bool = False, panel: bool = False, fmus: bool = False
     ]
     if without and not can_draw():
         err.print(f"note: matplotlib is not installed, so {' and '.join(without)}: pip install 'shaper-fmu[report]'")
+    if has_toolchain():
+        return
+    from shaper_fmu.live.shipped import has_panel
+
     parts = [
-        text for text, wanted in (("the shaper's FMU is the plain one", shaper), ("the page has no live panel", panel)) if wanted
+        text
+        for text, wanted in (
+            ("the shaper's FMU is the plain one", shaper),
+            ("the page has no live panel", panel and not has_panel()),
+        )
+        if wanted
     ]
-    if parts and not has_toolchain():
+    if parts:
         if shaper:
             fmu_path("InputShaper")
         err.print(f"note: there is no compiler, so {' and '.join(parts)}: pip install 'shaper-fmu[native]'")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import enum
 import json
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,9 @@ from shaper_fmu.export.plain_c import KERNEL_H, plain_c
 
 LOADER = Path(__file__).parent / "kernel.js"
 """The loader that pages carry."""
+
+SHIPPED = Path(__file__).parent.parent / "shipped" / "wasm"
+"""The modules that a wheel carries, each under the digest of the C that it is made of."""
 
 _MODULE = """\
 #include "{name}.c"
@@ -46,15 +50,12 @@ _Static_assert(sizeof({name}) == {size}, "the layout that the loader is told");
 
 
 def wasm_module(component: type[Component]) -> bytes:
-    """The module, from the cache or compiled. Raises BuildError for what does not compile."""
+    """The module: as it was shipped, from the cache, or compiled. Raises BuildError for what does not compile."""
     check_component(component)
-    name, found = component.__name__, layout(component)
-    places = ((v.name, found["variables"][v.name]["offset"]) for v in component.variables.values())
-    offsets = "".join(
-        f"_Static_assert(__builtin_offsetof({name}, {field_name(n)}) == {at}, {json.dumps(n)});\n" for n, at in places
-    )
-    files = {**plain_c(component), "kernel.h": KERNEL_H.read_text(encoding="utf-8")}
-    files["module.c"] = _MODULE.format(name=name, size=found["size"], offsets=offsets)
+    name, files = component.__name__, _files(component)
+    shipped = SHIPPED / _shipped_name(name, files)
+    if shipped.is_file():
+        return shipped.read_bytes()
     tools = toolchain_version(), Path(toolchain.__file__).read_bytes()
     key = digest(*tools, *[part for file in sorted(files.items()) for part in file])
 
@@ -67,6 +68,32 @@ def wasm_module(component: type[Component]) -> bytes:
             return target.read_bytes()
 
     return cached("modules", f"{name}-{key}{WASM32.suffix}", make).read_bytes()
+
+
+def is_shipped(component: type[Component]) -> bool:
+    """Whether the module came with the installed package."""
+    return (SHIPPED / _shipped_name(component.__name__, _files(component))).is_file()
+
+
+def ship_modules(components: Iterable[type[Component]], folder: Path) -> None:
+    """Write the modules that a wheel carries into this folder."""
+    for component in components:
+        write_file(folder / _shipped_name(component.__name__, _files(component)), wasm_module(component))
+
+
+def _files(component: type[Component]) -> dict[str, str]:
+    """The C files of the module, `module.c` is the one that is compiled."""
+    name, found = component.__name__, layout(component)
+    places = ((v.name, found["variables"][v.name]["offset"]) for v in component.variables.values())
+    offsets = "".join(
+        f"_Static_assert(__builtin_offsetof({name}, {field_name(n)}) == {at}, {json.dumps(n)});\n" for n, at in places
+    )
+    files = {**plain_c(component), "kernel.h": KERNEL_H.read_text(encoding="utf-8")}
+    return {**files, "module.c": _MODULE.format(name=name, size=found["size"], offsets=offsets)}
+
+
+def _shipped_name(name: str, files: dict[str, str]) -> str:
+    return f"{name}-{digest(*[part for file in sorted(files.items()) for part in file])}{WASM32.suffix}"
 
 
 def layout(component: type[Component]) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from shaper_fmu.kinds.profiles import inner_event, inner_events, inner_kink, inn
 from shaper_fmu.methods.record import declare
 from shaper_fmu.profiles.fastest import MOST_SEGMENTS
 from shaper_fmu.pulses.residual import switch_residual
-from shaper_fmu.shapers.sensitivity import residual_vibration
+from shaper_fmu.shapers.sensitivity import insensitivity, residual_vibration
 
 POINTS = 181
 """Frequencies of a curve."""
@@ -69,11 +69,18 @@ class ShaperCurve(Component, _Curve):
     impulses: Variable[int] = Parameter(1, "", "number of impulses", min=1, max=IMPULSES)
     amplitude: Variable[list[float]] = Parameter([1.0] + [0.0] * (IMPULSES - 1), "", "their amplitudes", size=IMPULSES)
     delay: Variable[list[float]] = Parameter(0.0, "s", "their delays", size=IMPULSES, min=0.0)
+    bands: Variable[int] = Parameter(0, "", "number of modes, the first ones, whose insensitivity is asked for", min=0, max=PROBES)
+    tolerance: Variable[float] = Parameter(0.05, "", "tolerated V", min=0.0, exclusive=True)
+    probe_insensitivity: Variable[list[float]] = Output("", "width of the band of w/wn with tolerated V around these", size=PROBES)
     declare(locals(), CURVE)
 
     def step(self, t: float, h: float) -> None:
         if not self.asked:
             return
+        for i in range(self.bands):
+            self.probe_insensitivity[i] = insensitivity(
+                self.amplitude, self.delay, self.impulses, self.probe_frequency[i], self.probe_damping[i], self.tolerance
+            )
         for i in range(POINTS):
             w = self.lowest + (self.highest - self.lowest) * i / (POINTS - 1)
             self.curve_frequency[i] = w

@@ -10,7 +10,7 @@ from typing import Any
 
 import jinja2
 
-from shaper_fmu.component import Component
+from shaper_fmu.component import Component, Variable
 from shaper_fmu.drafts import draft_of
 from shaper_fmu.errors import ArgumentError, ShaperFmuError
 from shaper_fmu.export.wasm import LOADER, layout, wasm_module
@@ -18,6 +18,7 @@ from shaper_fmu.kinds.profiles import PROFILES
 from shaper_fmu.kinds.pulses import PULSES
 from shaper_fmu.kinds.shapers import SHAPERS
 from shaper_fmu.live.curves import MoveCurve, PulseCurve, ShaperCurve
+from shaper_fmu.live.firmwares import firmwares
 from shaper_fmu.live.floor_table import TABLE
 from shaper_fmu.live.plants import Plant, plant_of, usual_plants
 from shaper_fmu.live.presets import presets
@@ -29,6 +30,8 @@ _STATIC = Path(__file__).parent / "static"
 _SCRIPTS = ("simulate.js", "state.js", "controls.js", "copies.js", "draw.js", "page.js")
 _COMMANDS = ("InputShaper", "MotionProfile", "PulseTrain", "PositionController")
 _CURVES = (ShaperCurve, MoveCurve, PulseCurve)
+_LEAST_SHARE = 0.01
+"""Where a parameter's slider begins that must be larger than 0."""
 _LEFT_OUT = ("step", "fastest")
 """Profiles that the page has in another way, or that have to be designed by optimisation first."""
 _BEGIN = """\
@@ -79,19 +82,29 @@ def page_of(data: dict[str, Any]) -> str:
 
 def panel_data(plant: Plant, start: dict[str, Any]) -> dict[str, Any]:
     """The data of a page about one design: a step, shapers, one plant, and the state in which it begins."""
-    components = find_component("InputShaper"), ShaperCurve, plant.component
+    components = panel_components(plant.component)
     name = plant.component.__name__
     return {
         "kernels": {component.__name__: _kernel(component) for component in components},
         "plants": {name: plant.described()},
         "firstPlant": name,
         "commands": [{"title": "step", "items": [["step", "step"]]}],
-        "shapers": _shapers(),
+        **_choices(),
         "timed": [],
         "presets": [],
         "start": start,
         "floor": json.loads(TABLE.read_text(encoding="utf-8")),
     }
+
+
+def page_components(plants: dict[str, Plant]) -> list[type[Component]]:
+    """The components whose kernels a page with these plants carries."""
+    return [*map(find_component, _COMMANDS), *_CURVES, *(plant.component for plant in plants.values())]
+
+
+def panel_components(plant: type[Component]) -> list[type[Component]]:
+    """The components whose kernels a page about one design carries."""
+    return [find_component("InputShaper"), ShaperCurve, plant]
 
 
 def plants_of(own: Sequence[type[Component]] = ()) -> dict[str, Plant]:
@@ -115,11 +128,7 @@ def plants_of(own: Sequence[type[Component]] = ()) -> dict[str, Plant]:
 
 def page_data(plants: dict[str, Plant], first: str) -> dict[str, Any]:
     """All that the page knows, as plain data: kernels, plants, choices, examples and the table of the floor."""
-    components = [
-        *map(find_component, _COMMANDS),
-        *_CURVES,
-        *(plant.component for plant in plants.values()),
-    ]
+    components = page_components(plants)
     usual = {plant.component.__name__: plant for plant in usual_plants()}
     unchanged = {name: plant for name, plant in plants.items() if usual.get(name) == plant}
     examples = [one for one in presets(usual) if one["state"]["plant"] in unchanged]
@@ -132,15 +141,37 @@ def page_data(plants: dict[str, Plant], first: str) -> dict[str, Any]:
             {"title": "motion profiles", "items": [[name, _words(name)] for name in PROFILES if name not in _LEFT_OUT]},
             {"title": "pulse trains", "items": [[f"pulses:{name}", _words(name)] for name in PULSES]},
         ],
-        "shapers": _shapers(),
+        **_choices(),
         "timed": [name for name, record in PULSES.items() if record.timed],
         "presets": examples,
         "floor": json.loads(TABLE.read_text(encoding="utf-8")),
     }
 
 
-def _shapers() -> list[list[str]]:
-    return [["none", "none"], *([name, _words(name)] for name in SHAPERS)]
+def _choices() -> dict[str, Any]:
+    """The shapers, the parameters that only some of them have, and the firmwares that have shapers of their own."""
+    return {
+        "shapers": [["none", "none"], *([name, _words(name)] for name in SHAPERS)],
+        "shaperParameters": {
+            kind: [_slider(name, variable) for name, variable in record.parameters.items()]
+            for kind, record in SHAPERS.items()
+            if record.parameters
+        },
+        "firmwares": firmwares(),
+    }
+
+
+def _slider(name: str, variable: Variable[Any]) -> dict[str, Any]:
+    """What a slider of a shaper's own parameter needs."""
+    low = variable.min if variable.exclusive not in (True, "min") else _LEAST_SHARE
+    return {
+        "name": name,
+        "label": variable.description,
+        "start": variable.start,
+        "low": low,
+        "high": variable.max,
+        "whole": variable.kind is int,
+    }
 
 
 def _kernel(component: type[Component]) -> dict[str, Any]:

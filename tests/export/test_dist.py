@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import venv
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,9 @@ from made_once import made_once
 
 import shaper_fmu
 from shaper_fmu import fmu_path
+from shaper_fmu.live import write_live_page
+from shaper_fmu.live.panel import TITLE
+from shaper_fmu.live.shipped import shipped_components
 from shaper_fmu.registry import components
 
 ROOT = Path(__file__).parents[2]
@@ -73,7 +77,7 @@ def _build_wheel(folder: Path) -> None:
             shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__", "shipped"))
         else:
             shutil.copy(ROOT / name, source)
-    for part in ("export.build", "master.loop_library", "container.library"):
+    for part in ("export.build", "master.loop_library", "container.library", "live.shipped"):
         run([sys.executable, "-m", f"shaper_fmu.{part}"], cwd=source, env={**os.environ, "PYTHONPATH": str(source)})
     run([*pip(), "wheel", "--no-deps", "--wheel-dir", str(folder), "."], cwd=source)
     shutil.rmtree(source)
@@ -116,3 +120,30 @@ def test_build_without_a_compiler_hands_them_out_and_says_what_it_cannot_do(clea
     assert done.returncode == 1
     assert "native FMUs are compiled by ziglang, which is not installed: pip install 'shaper-fmu[native]'" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_pages_are_written_without_a_compiler(clean, tmp_path):
+    """The kernels came with the wheel, the same as a checkout compiles; for a plant of one's own there is no compiler."""
+    environment = {"PATH": "", "HOME": str(tmp_path), "SHAPER_FMU_CACHE": str(tmp_path / "cache")}
+    command = str(clean.parent / "shaper-fmu")
+    run([command, "live"], cwd=tmp_path, env=environment)
+    write_live_page(tmp_path / "own.html")
+    assert (tmp_path / "live.html").read_text() == (tmp_path / "own.html").read_text()
+    done = run([command, "design", "zvd", "-w", "5", "--plot", "zvd.html"], cwd=tmp_path, env=environment)
+    assert "compiler" not in done
+    assert TITLE in (tmp_path / "zvd.html").read_text()
+    shutil.copy(ROOT / "examples" / "my_plant.py", tmp_path)
+    refused = subprocess.run(
+        [command, "live", "--plant", "my_plant.py", "--output", "mine.html"], capture_output=True, text=True, cwd=tmp_path,
+        env=environment, check=False,
+    )  # fmt: skip
+    assert refused.returncode == 1
+    assert "pip install 'shaper-fmu[native]'" in refused.stderr
+
+
+def test_the_shipped_kernels_are_small(wheel):
+    """A few 100 kB in the wheel."""
+    with zipfile.ZipFile(wheel) as archive:
+        sizes = [one.compress_size for one in archive.infolist() if one.filename.startswith("shaper_fmu/shipped/wasm/")]
+    assert len(sizes) == len(shipped_components())
+    assert sum(sizes) < 400_000

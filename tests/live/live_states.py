@@ -99,7 +99,7 @@ def shaper_of(state: dict[str, Any]) -> InputShaper:
     """The shaper, not yet started."""
     return InputShaper(
         shaper=state["shaper"], modes=len(state["frequency"]), natural_frequency=state["frequency"],
-        damping_ratio=state["damping"], vibration_tolerance=state["tolerance"],
+        damping_ratio=state["damping"], vibration_tolerance=state["tolerance"], **state["own"],
     )  # fmt: skip
 
 
@@ -159,6 +159,7 @@ def random_state(rng: random.Random, plants: dict[str, Plant], page: dict[str, A
             "command": rng.choice(["step", "step", *rng.sample([v for g in page["commands"] for v, _ in g["items"]], 2)]),
             "size": rng.uniform(0.1, 0.5), "duration": rng.uniform(1.0, 4.0), "carrier": rng.uniform(8.0, 20.0),
             "shaper": rng.choice([value for value, _ in page["shapers"]]), "tolerance": rng.uniform(0.02, 0.1),
+            "own": {"negative_amplitude": rng.uniform(0.3, 0.7), "equal_impulses": rng.randint(3, 5)},
             "frequency": [rng.uniform(2.0, 12.0) * 2.0**i for i in range(count)],
             "damping": [rng.uniform(0.0, 0.15) for _ in range(count)],
             "plant": name, "output": rng.randrange(len(plants[name].outputs)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -12,7 +13,10 @@ from browser import Browser, browser, needs_chromium
 from command_line import typed
 
 from shaper_fmu.commands.input_shaper import InputShaper
+from shaper_fmu.design.shapers import shaper
+from shaper_fmu.live.firmwares import kind_of
 from shaper_fmu.live.page import write_live_page
+from shaper_fmu.machines.settings import FIRMWARE
 
 pytestmark = needs_chromium
 OWN = '''\
@@ -305,20 +309,63 @@ def test_the_parameter_set_gives_the_same_shaper(chromium, page):
     assert plain.duration == pytest.approx(chromium.run("live.result.design.duration"), abs=1e-12)
 
 
-def test_klipper_makes_of_the_lines_what_the_page_shows(chromium, page):
-    """Its ZV and ZVD are the closed forms of a damped mode, too."""
-    import math
+@pytest.mark.parametrize("name", FIRMWARE)
+def test_settings_of_firmwares_are_those_that_tune_writes(chromium, page, name):
+    """The lines by `machines`; and of zv, zvd and mzv the firmware makes the impulses that the page shows (Marlin's within its roundings)."""
+    firmware, hertz, text = FIRMWARE[name], 31.415926, ""
+    opened(chromium, page)
+    for one in firmware.shapers:
+        kind = kind_of(one)
+        heavy = 0.22 if "hump" in kind else 0.45  # which the page's own still takes
+        for w, zeta in ((2.0 * math.pi * hertz, 0.1), (2.0 * math.pi * 25.0, 0.0213), (300.0, heavy)):
+            chromium.run(f"live.change({{ shaper: '{kind}', frequency: [{w!r}], damping: [{zeta}] }}, true)")
+            text = copied(chromium, name)
+            setting = firmware.setting(one, w / (2.0 * math.pi), zeta)
+            assert setting is not None
+            lines = [line for line in text.splitlines() if not line.startswith(firmware.comment)]
+            assert lines == firmware.lines("x", setting).splitlines()
+            assert ("the nearest is" in text) == (setting.damping_ratio != zeta)
+            if kind in ("zv", "zvd", "mzv") and setting.damping_ratio == zeta and zeta < 0.2 and not name.startswith("marlin"):
+                assert list(setting.sequence.delays) == pytest.approx(chromium.run("live.result.design.delay"), rel=1e-5, abs=1e-9)
+    assert f"tune --for {name}" in text
 
-    from shaper_fmu.machines.klipper import KLIPPER
 
-    for kind in ("zv", "zvd", "mzv"):
-        opened(chromium, page, f"#shaper={kind}&modes=200,0.1")
-        text = copied(chromium, "klipper")
-        values = dict(re.findall(r"^(\w+): (\S+)$", text, re.MULTILINE))
-        made = KLIPPER.shapers[values["shaper_type_x"]](float(values["shaper_freq_x"]), float(values["damping_ratio_x"]))
-        assert float(values["shaper_freq_x"]) == pytest.approx(200.0 / (2.0 * math.pi), rel=1e-6)
-        assert list(made.delays) == pytest.approx(chromium.run("live.result.design.delay"), rel=1e-5, abs=1e-9)
-        assert list(made.amplitudes) == pytest.approx(chromium.run("live.result.design.amplitude"), abs=2e-3)
+def test_what_a_firmware_cannot_is_said(chromium, page):
+    opened(chromium, page, "#shaper=zvddd&modes=8,0.05;21,0.02&tolerance=0.04")
+    assert copied(chromium, "klipper") == "# Klipper has no shaper zvddd; it has zv, mzv, zvd, ei, two_hump_ei, three_hump_ei.\n"
+    assert copied(chromium, "reprapfirmware") == "; RepRapFirmware takes 7.2 to 1000 Hz, not 1.27324 Hz.\n"
+    select(chromium, "shaper", "ei")
+    text = copied(chromium, "kalico")
+    assert "# For the first mode alone: its shaper is for one mode of one axis." in text
+    assert "# Kalico's EI shapers are for a tolerance of 5 %." in text
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "value"), [("sna_zv", "negative_amplitude", 0.3), ("miszv", "equal_impulses", 5)], ids=["sna_zv", "miszv"]
+)
+def test_a_shapers_own_parameter_has_a_slider_and_is_copied(chromium, page, kind, name, value, tmp_path, capsys):
+    opened(chromium, page, f"#shaper={kind}&modes=8,0.05")
+    assert chromium.run("document.querySelectorAll('#shaper-sliders .slider').length") == 1
+    before = pictures(chromium)
+    number = f"document.getElementById('slider-{name}-number')"
+    chromium.run(f"{number}.value = {value}; {number}.dispatchEvent(new Event('input'))")
+    assert changed(chromium, before) == {"impulses", "sensitivity", "command", "response"}
+    expected = shaper(kind, 8.0, 0.05, **{name: value})
+    assert chromium.run("live.result.design.delay") == pytest.approx(expected.delays, abs=1e-12)
+    assert chromium.run("live.result.design.amplitude") == pytest.approx(expected.amplitudes, abs=1e-12)
+    exec(compile(copied(chromium, "python"), "copied", "exec"), {})
+    assert float(capsys.readouterr().out.split()[0]) == pytest.approx(expected.duration, abs=1e-12)
+    done = typed(*copied(chromium, "command").split()[1:], cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert f"{expected.duration:.4f}"[:5] in done.stdout
+    assert f'name="{name}"' in copied(chromium, "ssv")
+    again = chromium.run("stateOf(hashOf(live.state), live.page)")
+    assert again == {"state": state(chromium), "wrong": []}
+    assert state(chromium)["own"] == {name: value}
+    opened(chromium, page, f"#shaper={kind}&{name}=99")
+    assert f"{name} 99" in chromium.run("document.getElementById('said').textContent")
+    select(chromium, "shaper", "zvd")
+    assert chromium.run("document.querySelectorAll('#shaper-sliders .slider').length") == 0
 
 
 def test_a_component_of_ones_own_is_a_plant(chromium, tmp_path):

@@ -13,9 +13,11 @@ from browser import Browser, browser, needs_chromium
 from live_states import random_state, remaining, simulated
 
 from shaper_fmu.design.floor import shortest_duration
+from shaper_fmu.design.lp.layout import Band
 from shaper_fmu.design.profiles import profile
 from shaper_fmu.design.pulses import pulses
 from shaper_fmu.design.shapers import shaper
+from shaper_fmu.design.specified_bands import design
 from shaper_fmu.live.floor_table import TABLE
 from shaper_fmu.live.page import page_data, plants_of, write_live_page
 from shaper_fmu.live.presets import PARTIAL, PWM, S_CURVE, TWO_PART
@@ -75,7 +77,8 @@ def test_random_settings_show_what_python_computes(opened, seed):
     rng = random.Random(seed)
     state = random_state(rng, plants, opened.run("({ commands: live.page.commands, shapers: live.page.shapers })"))
     plant, found = plants[state["plant"]], shown(opened, state)
-    sequence = shaper(state["shaper"], state["frequency"], state["damping"], vibration_tolerance=state["tolerance"])
+    own = state["own"]
+    sequence = shaper(state["shaper"], state["frequency"], state["damping"], vibration_tolerance=state["tolerance"], **own)
     first = state["frequency"][0], state["damping"][0]
     assert found["delay"] == pytest.approx(sequence.delays, abs=NEAR)
     assert found["amplitude"] == pytest.approx(sequence.amplitudes, abs=NEAR)
@@ -193,6 +196,20 @@ def test_the_floor_of_the_page_is_that_of_python(opened):
             sequence.duration * 10.0 / (2.0 * math.pi) / shortest_duration(sequence.insensitivity(10.0, 0.0, tolerance), tolerance)
         )
         assert float(shown(opened, state)["shown"]["floor"]) == pytest.approx(expected - 1.0, abs=0.03)
+
+
+def test_the_distance_to_the_floor_of_several_modes_is_an_upper_bound(opened):
+    """That from the longest floor of one mode, and at least that from the floor of all bands together (a linear programme)."""
+    for kind, modes in (("zvd", (10.0, 23.0)), ("ei", (6.0, 17.0)), ("zv", (10.0, 14.0))):
+        state = opened.run("startState(live.page)") | {"shaper": kind, "frequency": [*modes], "damping": [0.0, 0.0]}
+        sequence, found = shaper(kind, [*modes]), float(shown(opened, state)["shown"]["floor"])
+        widths = [sequence.insensitivity(w, 0.0, 0.05) for w in modes]
+        assert opened.run("live.result.curves.widths") == pytest.approx(widths, abs=NEAR)
+        singles = [2.0 * math.pi / w * shortest_duration(width, 0.05) for w, width in zip(modes, widths, strict=True)]
+        assert found == pytest.approx(sequence.duration / max(singles) - 1.0, abs=0.03)
+        bands = [Band(w * (1.0 - 0.5 * width), w * (1.0 + 0.5 * width), 0.05) for w, width in zip(modes, widths, strict=True)]
+        assert found > sequence.duration / design(bands).duration - 1.0 - 0.03
+        assert "at most" in opened.run("document.querySelector('#number-floor dd').textContent")
 
 
 def test_all_choices_are_there():

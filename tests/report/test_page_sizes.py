@@ -11,6 +11,7 @@ from report_pages import figures_of, undrawn
 
 from shaper_fmu.page.blocks import Heading, Table, Text, page_text
 from shaper_fmu.page.figures import Figure, Line, Map, Panels
+from shaper_fmu.reproduce import NAMES
 
 SSP = Path(__file__).parents[2] / "ssp"
 MOST = 1_000_000
@@ -22,7 +23,7 @@ PAGES = {
     "fastest": ("design", "fastest", "-w", "5", "--distance", "1", "--max-acceleration", "4", "--plot", "page.html"),
     "run": ("run", str(SSP / "overhead_crane"), "--report", "page.html"),
 }
-"""A command for each kind of page; the others are in test_sweep_pages.py, test_tune_report.py and test_cli_reproduce.py."""
+"""A command for each kind of page; those of sweeps and tunings are in test_sweep_pages.py and test_tune_report.py."""
 
 
 @pytest.mark.parametrize("kind", PAGES)
@@ -35,6 +36,28 @@ def test_a_page_is_small_and_the_same_twice(kind, tmp_path, fmus):
     assert found[0] == found[1]
     assert len(found[0]) < MOST
     assert figures_of(found[0].decode())
+
+
+def test_the_page_of_a_choice_of_modes_is_small(tmp_path):
+    """`design --modes`: of a response with two modes in three outputs."""
+    mode = "[[modes]]\nnatural_frequency = {}\ndamping_ratio = 0.02\nresidue = [[0.4, 0.1], [0.2, 0.0], [{}, 0.1]]\n"
+    text = "\n".join(['outputs = ["x1", "x2", "x3"]\nfinal = [1.0, 1.0, 1.0]\n', mode.format(5.0, 0.3), mode.format(14.0, -0.1)])
+    (tmp_path / "modes.toml").write_text(text)
+    done = typed("design", "zv", "--modes", "modes.toml", "--plot", "page.html", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    page = tmp_path / "page.html"
+    assert page.stat().st_size < MOST
+    assert figures_of(page.read_text())
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in ("pwm", "partial-modes")])  # those where they are written
+def test_the_pages_of_reproduce_are_small(name, tmp_path):
+    done = typed("reproduce", name, "--output", ".", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    page = tmp_path / f"reproduce_{name}.html"
+    assert page.stat().st_size < MOST
+    assert figures_of(page.read_text())
 
 
 @needs_chromium

@@ -316,6 +316,7 @@ def test_the_command_prints_and_writes_it_all(study, tmp_path, monkeypatch):
     figures = [*(f"fig{i}" for i in range(4, 11)), "cure"]
     expected = {"reproduce_partial-modes.html", *(f"reproduce_partial-modes_{figure}.png" for figure in figures)}
     assert {path.name for path in tmp_path.iterdir()} == expected
+    assert (tmp_path / "reproduce_partial-modes.html").stat().st_size < 1_000_000
     titles = [getattr(block, "title", "") for block in blocks(study)]
     assert "Chosen sets" in titles
 

@@ -283,6 +283,7 @@ def test_the_command_prints_and_writes_it_all(study, tmp_path, monkeypatch):
     expected = ["reproduce_pwm.html", *(f"reproduce_pwm_{figure}.png" for figure in figures)]
     assert {path.name for path in tmp_path.iterdir()} == set(expected)
     assert [name for name in expected if f"{name}\n" not in done.output] == []
+    assert (tmp_path / "reproduce_pwm.html").stat().st_size < 1_000_000
 
 
 @pytest.fixture(scope="module")

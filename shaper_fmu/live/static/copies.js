@@ -2,15 +2,18 @@
 
 "use strict";
 
-const KLIPPER = { zv: "zv", mzv: "mzv", zvd: "zvd", ei: "ei", two_hump_ei: "2hump_ei", three_hump_ei: "3hump_ei" };
-
 const COPIES = {
   python: ["Python", asPython],
   command: ["command line", asCommand],
   ssv: [".ssv (SSP parameter set)", asParameterSet],
   csv: ["machine: impulses as CSV", asImpulses],
-  klipper: ["machine: Klipper", asKlipper],
 };
+
+/* All of them by key: [title, text of a state and its result]. */
+function copiesOf(page) {
+  const firmwares = page.firmwares.map((firmware) => [firmware.name, [`machine: ${firmware.title}`, (state) => asFirmware(state, firmware)]]);
+  return { ...COPIES, ...Object.fromEntries(firmwares) };
+}
 
 function asPython(state, result) {
   const list = (values) => `[${values.join(", ")}]`;
@@ -19,7 +22,8 @@ function asPython(state, result) {
   if (kind) lines.unshift(`from shaper_fmu.design.${kind === "pulses" ? "pulses" : "profiles"} import ${kind}`);
   lines.push("");
   const modes = `${list(state.frequency)}, ${list(state.damping)}`;
-  lines.push(`sequence = shaper("${state.shaper}", ${modes}, vibration_tolerance=${state.tolerance})`);
+  const own = ownOf(state, result.page).map(({ name, value }) => `, ${name}=${value}`).join("");
+  lines.push(`sequence = shaper("${state.shaper}", ${modes}, vibration_tolerance=${state.tolerance}${own})`);
   const [w, zeta] = [state.frequency[0], state.damping[0]];
   if (state.command.startsWith(PULSES)) {
     const timed = result.page.timed.includes(state.command.slice(PULSES.length)) ? `duration=${state.duration}, ` : "";
@@ -37,9 +41,10 @@ function asPython(state, result) {
   return `${lines.join("\n")}\n`;
 }
 
-function asCommand(state) {
+function asCommand(state, result) {
   const modes = state.frequency.flatMap((w, i) => [`-w ${w}`, `-z ${state.damping[i]}`]).join(" ");
-  const lines = [`shaper-fmu design ${state.shaper} ${modes} --tolerance ${state.tolerance}`];
+  const own = ownOf(state, result.page).map(({ name, value }) => ` --${name.replaceAll("_", "-")} ${value}`).join("");
+  const lines = [`shaper-fmu design ${state.shaper} ${modes} --tolerance ${state.tolerance}${own}`];
   const first = `-w ${state.frequency[0]} -z ${state.damping[0]}`;
   if (state.command.startsWith(PULSES)) {
     const kind = state.command.slice(PULSES.length);
@@ -52,13 +57,14 @@ function asCommand(state) {
 }
 
 /* For the component InputShaper, to be bound to it in an SSP system. */
-function asParameterSet(state) {
+function asParameterSet(state, result) {
   const parameters = [
     ["shaper", "Enumeration", state.shaper],
     ["modes", "Integer", state.frequency.length],
     ...state.frequency.map((w, i) => [`natural_frequency[${i + 1}]`, "Real", w]),
     ...state.damping.map((zeta, i) => [`damping_ratio[${i + 1}]`, "Real", zeta]),
     ["vibration_tolerance", "Real", state.tolerance],
+    ...ownOf(state, result.page).map(({ name, value, whole }) => [name, whole ? "Integer" : "Real", value]),
   ];
   const rows = parameters.map(([name, kind, value]) => `    <ssv:Parameter name="${name}"><ssv:${kind} value="${value}"/></ssv:Parameter>`);
   const space = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
@@ -78,21 +84,30 @@ function asImpulses(state, result) {
   return ["delay [s],amplitude", ...rows, ""].join("\n");
 }
 
-function asKlipper(state) {
-  const kind = KLIPPER[state.shaper];
-  if (!kind) return `# Klipper has no shaper ${state.shaper}; it has ${Object.keys(KLIPPER).join(", ")}.\n`;
-  const more = state.frequency.length > 1 ? ["# For the first mode alone: Klipper shapes one mode of an axis."] : [];
-  if (state.shaper.includes("ei") && state.tolerance !== 0.05) more.push("# Klipper's EI shapers are for a tolerance of 5 %.");
-  const hertz = Number((state.frequency[0] / (2 * Math.PI)).toPrecision(7));
-  return [
-    ...more,
-    "# Klipper designs its impulses by formulas of its own; `shaper-fmu tune --machine klipper` proves what they leave.",
-    "[input_shaper]",
-    `shaper_type_x: ${kind}`,
-    `shaper_freq_x: ${hertz}`,
-    `damping_ratio_x: ${state.damping[0]}`,
-    "",
-  ].join("\n");
+/* A number as the firmware's own settings have it: so many digits, no exponent. */
+function written(value, digits) {
+  const rounded = Number(value.toPrecision(digits));
+  return Number.isInteger(rounded) ? `${rounded}.0` : `${rounded}`;
 }
 
-if (typeof module !== "undefined") module.exports = { COPIES };
+/* The settings of a firmware for the first mode, and what they leave out. */
+function asFirmware(state, firmware) {
+  const said = (lines) => lines.map((line) => `${firmware.comment} ${line}\n`).join("");
+  const shaper = firmware.shapers[state.shaper];
+  if (!shaper) return said([`${firmware.title} has no shaper ${state.shaper}; it has ${Object.keys(firmware.shapers).join(", ")}.`]);
+  const hertz = state.frequency[0] / (2 * Math.PI);
+  const [lowest, highest] = firmware.frequencies;
+  if (hertz < lowest || hertz > highest) return said([`${firmware.title} takes ${lowest} to ${highest} Hz, not ${written(hertz, 6)} Hz.`]);
+  const damping = Number(Math.min(shaper.mostDamping, Math.max(firmware.leastDamping, state.damping[0])).toPrecision(4));
+  const lines = [];
+  const whose = firmware.oneForAll ? "all axes" : "one axis";
+  if (state.frequency.length > 1) lines.push(`For the first mode alone: its shaper is for one mode of ${whose}.`);
+  if (state.shaper.includes("ei") && state.tolerance !== 0.05) lines.push(`${firmware.title}'s EI shapers are for a tolerance of 5 %.`);
+  if (damping !== Number(state.damping[0].toPrecision(4))) lines.push(`It does not take the damping ratio ${state.damping[0]}; the nearest is ${damping}.`);
+  lines.push(`${firmware.title} designs its impulses by formulas of its own; \`shaper-fmu tune --for ${firmware.name}\` proves what they leave.`);
+  const frequency = Number(hertz.toPrecision(6));
+  const numbers = { frequency: written(hertz, 6), damping: written(damping, 4), damped: written(frequency * Math.sqrt(1 - damping * damping), 6) };
+  return said(lines) + shaper.lines.replace(/\{(\w+)\}/g, (_, name) => numbers[name]) + said(firmware.how);
+}
+
+if (typeof module !== "undefined") module.exports = { copiesOf };

@@ -9,7 +9,7 @@ function showNumbers(list, state, result, page) {
   const period = (2 * Math.PI) / (state.frequency[0] * Math.sqrt(1 - state.damping[0] ** 2));
   const worst = (values) => (values.length ? Math.max(...values) : null);
   const output = result.plant.outputs[state.output] ?? result.plant.outputs[0];
-  const floor = distanceToFloor(state, design, page.floor);
+  const floor = distanceToFloor(state, design, curves.widths, page.floor);
   const numbers = [
     ["delay", "delay of the shaper", design.duration, `${chartNumber(design.duration)} s`, `${chartNumber(design.duration / period)} damped periods`],
     ["residual", "V on the plant's modes", worst(curves.true), truth.length ? percent(worst(curves.true)) : "–", truth.length ? "at the command's end" : "not told by this plant"],
@@ -35,26 +35,33 @@ function remainsOf({ shaped, unshaped }) {
   return unshaped > 0 ? `${percent(shaped / unshaped)} of unshaped` : "";
 }
 
-/* Duration over the floor's, less 1: the floor by linear interpolation of a table over tolerance and insensitivity, in undamped periods. */
-function distanceToFloor(state, design, table) {
-  const { tolerances, insensitivities, durations } = table;
+/* Duration over the floor's, less 1. A shaper for several modes is one for each of them, so that it is at least as long as the longest
+   of their floors: then the distance is at most that from this one. */
+function distanceToFloor(state, design, widths, table) {
   const no = (why) => ({ value: null, text: "–", why });
   if (state.shaper === "none") return no("no shaper");
   if (design.amplitude.some((a) => a < 0)) return no("negative impulses may be shorter");
-  if (state.frequency.length > 1) return no("for one mode alone");
-  if (design.insensitivity === 0) return no("V is above the tolerance");
+  if (widths.every((width) => width === 0)) return no("V is above the tolerance");
+  const floors = widths.map((width, i) => (width > 0 ? (floorOf(state.tolerance, width, table) * 2 * Math.PI) / state.frequency[i] : 0));
+  const known = floors.filter((floor) => floor > 0); // none where the table ends before
+  if (!known.length) return no("the table ends before");
+  const longest = Math.max(...known);
+  const value = design.duration / longest - 1;
+  const text = percent(Math.max(0, value));
+  if (widths.length > 1) return { value, text: `at most ${text}`, why: `by the floor of mode ${floors.indexOf(longest) + 1} alone` };
+  return { value, text, why: state.damping[0] > 0 ? "about; the floor is undamped" : "about" };
+}
+
+/* The floor in undamped periods, by linear interpolation of a table over tolerance and insensitivity; NaN outside of it. */
+function floorOf(tolerance, width, { tolerances, insensitivities, durations }) {
   const place = (x, grid) => {
-    const k = Math.min(grid.length - 2, Math.max(0, grid.findIndex((one) => one > x) - 1));
-    return x >= grid[0] && x <= grid.at(-1) ? [x === grid.at(-1) ? grid.length - 2 : k, (x - grid[x === grid.at(-1) ? grid.length - 2 : k]) / (grid[k + 1] - grid[k])] : null;
+    const k = x === grid.at(-1) ? grid.length - 2 : Math.max(0, grid.findIndex((one) => one > x) - 1);
+    return x >= grid[0] && x <= grid.at(-1) ? [k, (x - grid[k]) / (grid[k + 1] - grid[k])] : [NaN, NaN];
   };
-  const [row, column] = [place(state.tolerance, tolerances), place(design.insensitivity, insensitivities)];
-  if (!row || !column) return no("the table ends before");
-  const [[i, a], [j, b]] = [row, column];
+  const [[i, a], [j, b]] = [place(tolerance, tolerances), place(width, insensitivities)];
+  if (Number.isNaN(i + j)) return NaN;
   const at = (r) => durations[r][j] + b * (durations[r][j + 1] - durations[r][j]);
-  const floor = at(i) + a * (at(i + 1) - at(i));
-  const value = (design.duration * state.frequency[0]) / (2 * Math.PI) / floor - 1;
-  const why = state.damping[0] > 0 ? "about; the floor is undamped" : "about";
-  return { value, text: percent(Math.max(0, value)), why };
+  return at(i) + a * (at(i + 1) - at(i));
 }
 
 function drawCharts(charts, state, result) {

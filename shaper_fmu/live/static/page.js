@@ -49,7 +49,8 @@ class LivePage {
       [presets.value, note.hidden] = ["", true];
       this.take({ state: startState(this.page), wrong: [] });
     };
-    choice(this.by("copy-as"), Object.entries(COPIES).map(([key, [title]]) => [key, title]), "python", () => this.showCopy());
+    this.copies = copiesOf(this.page);
+    choice(this.by("copy-as"), Object.entries(this.copies).map(([key, [title]]) => [key, title]), "python", () => this.showCopy());
     this.by("copy-box").ontoggle = () => this.showCopy();
     this.by("copy").onclick = () => this.copy(this.copyText(), "Copied");
     this.by("link").hidden = location.protocol === "about:";
@@ -68,7 +69,7 @@ class LivePage {
   }
 
   copyText() {
-    return this.result ? COPIES[this.by("copy-as").value][1](this.state, { ...this.result, page: this.page }) : "";
+    return this.result ? this.copies[this.by("copy-as").value][1](this.state, { ...this.result, page: this.page }) : "";
   }
 
   showCopy() {
@@ -117,6 +118,8 @@ class LivePage {
     const set = (told, x) => this.change({ [told.key]: x });
     sliders(this.by("command-sliders"), command, (told) => state[told.key], set);
     sliders(this.by("tolerance-slider"), [limited("tolerance", "tolerated residual vibration V", "")], () => state.tolerance, set);
+    const further = ownOf(state, page).map((told) => ({ ...told, key: told.name, unit: "" }));
+    sliders(this.by("shaper-sliders"), further, ({ value }) => value, ({ name }, x) => this.change({ own: { ...this.state.own, [name]: x } }));
     const modes = state.frequency.flatMap((_, i) => [
       { ...limited("frequency", `natural frequency ${i + 1}`, "rad/s"), name: "frequency", i },
       { ...limited("damping", `damping ratio ${i + 1}`, "", { log: false }), name: "damping", i },

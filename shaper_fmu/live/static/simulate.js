@@ -54,6 +54,7 @@ class Studio {
     kernel.set("natural_frequency", state.frequency);
     kernel.set("damping_ratio", state.damping);
     kernel.set("vibration_tolerance", state.tolerance);
+    for (const [name, value] of Object.entries(state.own)) kernel.set(name, value);
     kernel.start(0);
     const count = kernel.get("impulses");
     return {
@@ -153,8 +154,11 @@ class Studio {
     kernel.set("impulses", design.count);
     kernel.set("amplitude", design.amplitude);
     kernel.set("delay", design.delay);
+    kernel.set("bands", state.frequency.length > 1 ? state.frequency.length : 0); // the shaper itself tells that of a single one
+    kernel.set("tolerance", state.tolerance);
     ask(kernel);
     const shaper = asked(kernel);
+    const widths = state.frequency.length > 1 ? kernel.get("probe_insensitivity").slice(0, state.frequency.length) : [design.insensitivity];
     const frequency = kernel.get("curve_frequency");
     let whole = shaper;
     if (state.command !== "step") {
@@ -167,6 +171,7 @@ class Studio {
     const believed = state.frequency.length;
     return {
       frequency,
+      widths,
       shaper: shaper.curve,
       whole: whole.curve,
       believed: whole.modes.slice(0, believed),

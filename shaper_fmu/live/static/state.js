@@ -20,6 +20,7 @@ function startState(page, plant = page.firstPlant) {
     carrier: 12,
     shaper: "zvd",
     tolerance: 0.05,
+    own: {}, // a shaper's own parameters, by name, where they are not at their start values
     frequency: [10],
     damping: [0.05],
     plant,
@@ -33,11 +34,16 @@ function hashOf(state) {
   const modes = state.frequency.map((w, i) => `${w},${state.damping[i]}`).join(";");
   const { command, size, duration, carrier, shaper, tolerance, plant, output } = state;
   const parameters = state.parameters.join(",");
-  return new URLSearchParams({ command, size, duration, carrier, shaper, tolerance, modes, plant, output, parameters })
+  return new URLSearchParams({ command, size, duration, carrier, shaper, tolerance, ...state.own, modes, plant, output, parameters })
     .toString()
     .replaceAll("%2C", ",")
     .replaceAll("%3B", ";")
     .replaceAll("%3A", ":");
+}
+
+/* The parameters that a shaper of this kind has of its own, with their values. */
+function ownOf(state, page) {
+  return (page.shaperParameters[state.shaper] ?? []).map((told) => ({ ...told, value: state.own[told.name] ?? told.start }));
 }
 
 /* The state of a link, and what of it is not understood; that stays as at the start. */
@@ -64,6 +70,12 @@ function stateOf(hash, page) {
     if (value === null) wrong.push(`${name} ${given.get(name)} (${LIMITS[name].join(" to ")})`);
     else state[name] = value;
   }
+  for (const { name, low, high, whole } of Object.values(page.shaperParameters).flat()) {
+    if (!given.has(name)) continue;
+    const value = number(given.get(name), [low, high]);
+    if (value === null || (whole && !Number.isInteger(value))) wrong.push(`${name} ${given.get(name)} (${low} to ${high})`);
+    else state.own[name] = value;
+  }
   if (given.has("modes")) {
     const pairs = given.get("modes").split(";").map((pair) => pair.split(","));
     const modes = pairs.map(([w, zeta]) => [number(w, LIMITS.frequency), number(zeta ?? "", LIMITS.damping)]);
@@ -88,4 +100,4 @@ function stateOf(hash, page) {
   return { state, wrong };
 }
 
-if (typeof module !== "undefined") module.exports = { startState, hashOf, stateOf, LIMITS };
+if (typeof module !== "undefined") module.exports = { startState, hashOf, stateOf, ownOf, LIMITS };
