@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import shutil
 import sqlite3
@@ -19,7 +20,7 @@ from sweep_stores import DAMPED, HEAD, HOSTILE, RANDOM, ROPE, SMALL, packed_cran
 from shaper_fmu.page.blocks import Text
 from shaper_fmu.page.figures import Figure, Map
 from shaper_fmu.report.sweep.curves import thinned
-from shaper_fmu.report.sweep.data import SweepData
+from shaper_fmu.report.sweep.data import Axis, SweepData
 from shaper_fmu.report.sweep.levels import judged
 from shaper_fmu.report.sweep.maps import MOST_LINES, shown_grid
 from shaper_fmu.report.sweep.report import read_store, sweep_blocks, write_sweep_report
@@ -207,3 +208,11 @@ def test_thinned_curves_keep_their_peaks():
     assert len(found_x) <= 2000
     assert np.all(np.diff(found_x) > 0.0)
     assert (found_x[0], found_x[-1], found_y.max(), found_y.min()) == (x[0], x[-1], 5.0, y.min())
+
+
+def test_frequencies_are_in_hz_too():
+    """2 pi rad/s are 1 Hz; a rate of turning, and all else, has its own unit alone."""
+    axis = Axis("shaper.natural_frequency[1]", "rad/s", 1.0, 2.0 * math.pi)
+    assert axis.shown(2.0 * math.pi) == "6.28319 rad/s, 1 Hz"
+    assert Axis("hub.rate", "rad/s", 1.0, 1.0).shown(1.0) == "1 rad/s"
+    assert Axis("crane.rope", "m", 1.0, 1.0).shown(8.0) == "8 m"

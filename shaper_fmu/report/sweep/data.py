@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from array import array
 from collections import Counter
@@ -44,8 +45,12 @@ class Axis:
         return label(self.name, self.unit)
 
     def shown(self, value: float) -> str:
-        """A value with its unit."""
-        return self.texts[int(value)] if self.texts else f"{value * self.factor:.6g} {self.unit}".rstrip()
+        """A value with its unit; a frequency in rad/s in Hz, too."""
+        if self.texts:
+            return self.texts[int(value)]
+        number = value * self.factor
+        hertz = f", {number / (2.0 * math.pi):.4g} Hz" if self.unit == "rad/s" and "frequency" in self.name else ""
+        return f"{number:.6g} {self.unit}".rstrip() + hertz
 
     def deviation(self, value: float) -> str:
         """How far a value is from the nominal one."""
