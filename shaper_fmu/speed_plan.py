@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from shaper_fmu.component import State, Variable
-from shaper_fmu.speed_change import CUTS, GROWTH, HALF_SWINGS, NEVER, NONE, SpeedChange, change_speed, most_growth
+from shaper_fmu.speed_change import GROWTH, NEVER, NONE, change_speed, most_growth
+from shaper_fmu.speed_pieces import CUTS, HALF_SWINGS, SpeedChange
 
 PIECES = 2 * CUTS + 2
 
