@@ -25,11 +25,11 @@ def test_the_segments_and_the_proof_are_printed_and_written(tmp_path):
 
 
 def test_several_modes_a_band_and_a_jerk_limit_as_json(tmp_path):
-    options = ("-w", "14", "-z", "0.02", "--low", "4.5", "--high", "5.5", "--tolerance", "0.05", "--max-jerk", "60")
+    options = ("-w", "14", "-z", "0.02", "--low", "4.9", "--high", "5.1", "--tolerance", "0.05", "--max-jerk", "60")
     done = typed("design", "fastest", *options, *LIMITS, "--segments", "move.json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     read = json.loads((tmp_path / "move.json").read_text())
-    assert [(one["low"], one["high"], one["tolerance"]) for one in read["modes"]] == [(14.0, 14.0, 0.05), (4.5, 5.5, 0.05)]
+    assert [(one["low"], one["high"], one["tolerance"]) for one in read["modes"]] == [(14.0, 14.0, 0.05), (4.9, 5.1, 0.05)]
     assert all(one["residual"] <= 0.05 for one in read["modes"])
     assert read["duration"] <= 1.005 * read["lower_bound"]
     assert max(abs(one["jerk"]) for one in read["segments"]) <= 60.0

@@ -128,9 +128,7 @@ def typed_without(hidden: Iterable[str], line: str, folder: Path) -> subprocess.
     )
 
 
-@pytest.mark.representatives(
-    line=["list InputShaper", "design zvd -f 5 --plot zvd.html", "run crane.ssp --until 1 --report run.html"]
-)
+@pytest.mark.representatives(line=["run crane.ssp --until 1 --report run.html"])
 @pytest.mark.parametrize("line", COMMANDS)
 def test_what_a_command_does_not_need_is_not_missed(line, given, tmp_path):
     """All at once, so each alone, too."""
@@ -143,7 +141,11 @@ def test_what_a_command_does_not_need_is_not_missed(line, given, tmp_path):
 
 
 @pytest.mark.representatives(
-    line=["design zvd -f 5 --plot zvd.html", "design zvd -f 5 --plot zvd.png", "run crane.fmu --until 1 --output run.parquet"]
+    line=[
+        "run crane.ssp --until 1 --report run.html",
+        "design zvd -f 5 --plot zvd.png",
+        "run crane.fmu --until 1 --output run.parquet",
+    ]
 )
 @pytest.mark.parametrize(("line", "missing"), [(line, one) for line, needed in COMMANDS.items() for one in needed])
 def test_what_is_missing_is_told_before_the_work(line, missing, given, tmp_path):
