@@ -1,4 +1,4 @@
-"""What an FMU's description says and fmpy leaves out: attributes of variables, texts of arrays, inverse display units."""
+"""What an FMU's description says and fmpy leaves out: attributes of variables, and texts of arrays."""
 
 from __future__ import annotations
 
@@ -21,10 +21,9 @@ class DeclaredVariable:
 
 @dataclass(frozen=True)
 class Declared:
-    """A description: its variables by name, and the pairs of unit and display unit of which one is inverse to the other."""
+    """A description: its variables by name."""
 
     variables: dict[str, DeclaredVariable]
-    inverse: set[tuple[str, str]]
 
     def variable(self, name: str) -> DeclaredVariable:
         """A variable, or the array that an element of this name is of; nothing declared if there is neither."""
@@ -38,13 +37,7 @@ def declared_of(fmu: Fmu) -> Declared:
     variables: dict[str, DeclaredVariable] = {}
     for element in root.iterfind("ModelVariables/*"):
         variables.setdefault(element.get("name") or "", _variable(element))
-    inverse = {
-        (unit.get("name") or "", display.get("name") or "")
-        for unit in root.iterfind("UnitDefinitions/Unit")
-        for display in unit.iterfind("DisplayUnit")
-        if display.get("inverse") in ("true", "1")
-    }
-    return Declared(variables, inverse)
+    return Declared(variables)
 
 
 def _variable(element: etree._Element) -> DeclaredVariable:

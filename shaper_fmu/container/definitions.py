@@ -12,6 +12,7 @@ from shaper_fmu.container.declared import declared_of
 from shaper_fmu.container.inner import INTEGER_OF_2
 from shaper_fmu.container.outside import OuterVariable
 from shaper_fmu.export.description_parts import text
+from shaper_fmu.master.description import InverseDisplayUnit
 from shaper_fmu.master.fmu import Fmu
 from shaper_fmu.units import BASE
 
@@ -41,12 +42,12 @@ class Definitions:
         if key not in self._names:
             definition = definition or (fmu.unit_definition(name) if fmu is not None else None)
             base = _base_attributes(definition.baseUnit) if definition is not None and definition.baseUnit is not None else None
-            self._names[key] = self._add_unit(name, base, self._displays(fmu, definition))
+            self._names[key] = self._add_unit(name, base, self._displays(definition))
         return self._names[key]
 
     def display(self, fmu: Fmu, unit: str | None, display: str | None) -> Attributes:
         """The attribute for a display unit; none if its unit does not define it, or FMI 2.0 cannot."""
-        known = self._displays(fmu, fmu.unit_definition(unit)) if unit else {}
+        known = self._displays(fmu.unit_definition(unit)) if unit else {}
         return {"displayUnit": display} if display in known else {}
 
     def attributes(self, variable: OuterVariable) -> Attributes:
@@ -121,10 +122,10 @@ class Definitions:
             found["unit"] = self.unit(fmu, shown.unit)
         return found | self.display(fmu, own, shown.displayUnit)
 
-    def _displays(self, fmu: Fmu | None, definition: Unit | None) -> dict[str, Attributes]:
+    def _displays(self, definition: Unit | None) -> dict[str, Attributes]:
         found: dict[str, Attributes] = {}
         for display in definition.displayUnits if definition is not None else []:
-            inverse = fmu is not None and definition is not None and (definition.name, display.name) in declared_of(fmu).inverse
+            inverse = isinstance(display, InverseDisplayUnit)
             if not inverse or self._fmi == 3:
                 attributes = _differing({"factor": display.factor, "offset": display.offset}, {"factor": 1.0, "offset": 0.0})
                 found[str(display.name)] = {**attributes, **({"inverse": "true"} if inverse else {})}

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import fmpy
 from fmpy import read_model_description
-from fmpy.model_description import ModelDescription
+from fmpy.model_description import DisplayUnit, ModelDescription
 from fmpy.validation import validate_model_description
 from lxml import etree
 
@@ -61,6 +61,7 @@ def read_description(content: bytes, name: str) -> tuple[ModelDescription, list[
     except Exception as error:  # fmpy raises many kinds
         raise ArchiveError(f"{where} is not valid: {error}") from error
     _tell_lines(description, root)
+    _tell_inverse(description, root)
     if version[0] == "1":
         complete1(description, root)
     findings += _model_findings(description)
@@ -167,6 +168,20 @@ def _tell_lines(description: ModelDescription, root: etree._Element) -> None:
         elements = [element for path in paths for element in root.findall(f"ModelStructure/{path}")]
         for unknown, element in zip(getattr(description, kind), elements, strict=False):
             unknown.sourceline = element.sourceline or 0
+
+
+class InverseDisplayUnit(DisplayUnit):
+    """FMI 3.0's display unit of a reciprocal, such as a period's for a frequency, which fmpy reads as any other."""
+
+
+def _tell_inverse(description: ModelDescription, root: etree._Element) -> None:
+    """Give display units of reciprocals their own class."""
+    for unit, element in zip(description.unitDefinitions, root.findall("UnitDefinitions/Unit"), strict=False):
+        declared = [display.get("inverse") in ("true", "1") for display in element.findall("DisplayUnit")]
+        unit.displayUnits = [
+            InverseDisplayUnit(one.name, one.factor, one.offset) if inverse else one
+            for one, inverse in zip(unit.displayUnits, declared, strict=True)
+        ]
 
 
 def _model_findings(description: ModelDescription) -> list[str]:

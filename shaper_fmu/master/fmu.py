@@ -261,6 +261,11 @@ class Fmu:
         variable = self.variables[name]
         return variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
 
+    def display_unit_of(self, name: str) -> str | None:
+        """The name of the unit in which people want to see a variable, its own or its declared type's."""
+        variable = self.variables[name]
+        return variable.displayUnit or (variable.declaredType.displayUnit if variable.declaredType is not None else None)
+
     def unit_definition(self, name: str) -> Unit | None:
         """The FMU's definition of a unit."""
         return self._units.get(name)

@@ -12,6 +12,7 @@ from fmpy.model_description import BaseUnit
 
 from shaper_fmu.errors import ModelError, ShaperFmuError, nearest
 from shaper_fmu.master.clocks import check_clock_connection, clock_problems, clocked_loop_problems, is_clocked
+from shaper_fmu.master.description import InverseDisplayUnit
 from shaper_fmu.master.description1 import is_negated
 from shaper_fmu.master.fmu import Fmu, load_fmu
 from shaper_fmu.master.once import once_problems
@@ -292,11 +293,15 @@ class SystemStructure:
         return self.fmus[port[0]].unit_of(port[1]) or ""
 
     def display_unit(self, port: Port) -> tuple[str, float]:
-        """The unit in which people want to see a variable, and the factor to it from its own."""
+        """The unit in which people want to see a variable, and the factor to it from its own.
+
+        It is the variable's own unit where a factor does not do: for a display unit with an offset (degC), or of a reciprocal.
+        """
         fmu, unit = self.fmus[port[0]], self.unit(port)
-        shown, definition = fmu.variables[port[1]].displayUnit, fmu.unit_definition(unit)
+        shown, definition = fmu.display_unit_of(port[1]), fmu.unit_definition(unit)
         for display in definition.displayUnits if definition is not None else []:
-            if display.name == shown:
+            factor_alone = not isinstance(display, InverseDisplayUnit) and float(display.offset) == 0.0
+            if display.name == shown and factor_alone and 0.0 < abs(float(display.factor)) < math.inf:
                 return str(display.name), float(display.factor)
         return unit, 1.0
 

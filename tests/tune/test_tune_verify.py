@@ -111,7 +111,7 @@ def test_the_reason_never_says_more_than_the_verdict():
     for change in (0.01, 0.03, 0.05):
         coarse = replace(seen, step_change=change)
         assert coarse.holds == (seen.worst.share + change <= 0.05)
-        reason = _reason(coarse, {"mass": 0.1})
+        reason = _reason(coarse, {"mass": 0.1}, [("m", 1.0)])
         assert f"5 % {'holds' if coarse.holds else 'is not shown to hold'}" in reason
         assert f"changes the nominal share by {100.0 * change:g} %" in reason
     assert not replace(seen, step_change=0.05).holds

@@ -13,6 +13,7 @@ from shaper_fmu.page.figures import Figure, Line, Panels, label
 from shaper_fmu.report.sweep.curves import thinned
 from shaper_fmu.report.tune.choice import left_of, role, shown_range
 from shaper_fmu.report.tune.modes import both_units, percent
+from shaper_fmu.report.tune.plant import shown_unit
 from shaper_fmu.tune.choice.boxes import shares
 from shaper_fmu.tune.choice.result import Choice, fits
 from shaper_fmu.tune.choice.search import Candidate
@@ -69,11 +70,6 @@ def _seen_text(tuning: Tuning) -> str:
     before, after = (f"{abs(factor) * value:.4g}" for value in (worst.before[j], worst.after[j]))
     where = "on the plant at worst" if worst.values else "on the plant"
     return f", {where} {found.outputs[j]} ± {f'{before} {unit}'.rstrip()} before and ± {f'{after} {unit}'.rstrip()} after"
-
-
-def shown_unit(tuning: Tuning, output: str) -> tuple[str, float]:
-    """The unit in which people want to see an output, and the factor to it."""
-    return tuning.system.display_unit(output) if tuning.system is not None else ("", 1.0)
 
 
 def runner_up(choice: Choice) -> Candidate | None:

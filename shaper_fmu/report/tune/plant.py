@@ -23,6 +23,11 @@ _MOST_POINTS = 20
 _MOST_FAILED = 20
 
 
+def shown_unit(tuning: Tuning, output: str) -> tuple[str, float]:
+    """The unit in which people want to see an output, and the factor to it."""
+    return tuning.system.display_unit(output) if tuning.system is not None else ("", 1.0)
+
+
 def response_blocks(tuning: Tuning, shown: Sequence[str]) -> list[Block]:
     """Outputs after the command, with and without the shaper, and the command itself."""
     blocks: list[Block] = []
@@ -32,17 +37,17 @@ def response_blocks(tuning: Tuning, shown: Sequence[str]) -> list[Block]:
     for one in tuning.responses:
         where = f" ({given(one.values)})" if one.values else ""
         blocks.append(Text(f"The {'nominal plant' if one.case == 'nominal' else 'worst place that was found'}{where}:"))
-        blocks += [
-            response_figure(one, output, number, names) for number, output in enumerate((n for n in one.outputs if n in shown), 1)
-        ]  # fmt: skip
+        outputs = [name for name in one.outputs if name in shown]
+        blocks += [response_figure(tuning, one, output, number, names) for number, output in enumerate(outputs, 1)]
     return blocks
 
 
-def response_figure(found: Responses, output: str, number: int, names: Sequence[str] = ("unshaped", "shaped")) -> Figure:
+def response_figure(tuning: Tuning, found: Responses, output: str, number: int, names: Sequence[str]) -> Figure:
     """One output over time, without and with what is recommended."""
-    lines = [Line(name, *thinned(found.time, values)) for name, values in zip(names, found.outputs[output], strict=True)]
+    unit, factor = shown_unit(tuning, output)
+    lines = [Line(name, *thinned(found.time, factor * values)) for name, values in zip(names, found.outputs[output], strict=True)]
     title = f"{output} after the command, {'nominal' if found.case == 'nominal' else 'worst case'}"
-    return Figure(f"response_{found.case}_{number}", title, "time [s]", label(output, found.units[output]), lines)
+    return Figure(f"response_{found.case}_{number}", title, "time [s]", label(output, unit), lines)
 
 
 def command_figure(tuning: Tuning, found: Responses) -> Figure:
@@ -102,12 +107,16 @@ def points_table(tuning: Tuning, found: Verification) -> Table:
     shown = ranked[:_MOST_POINTS]
     if not any(one is found.nominal for one in shown):
         shown.append(found.nominal)
-    units = [tuning.system.unit(name) if tuning.system is not None else "" for name in found.outputs]
+    units = [shown_unit(tuning, name) for name in found.outputs]
     kept = sorted(sorted(range(len(found.outputs)), key=lambda j: -_largest(found, j))[:3])
-    head = [*found.nominal.values, "share left", *(label(f"{found.outputs[j]} before, after", units[j]) for j in kept)]
-    rows = [
-        [*(f"{value:.4g}" for value in one.values.values()), _share(one, found), *(_sizes(one, j) for j in kept)] for one in shown
-    ]  # fmt: skip
+    head = [*found.nominal.values, "share left", *(label(f"{found.outputs[j]} before, after", units[j][0]) for j in kept)]
+    factors = {j: abs(units[j][1]) for j in kept}
+
+    def row(one: Measured) -> list[str]:
+        sizes = [f"{factor * one.before[j]:.4g}, {factor * one.after[j]:.3g}" for j, factor in factors.items()]
+        return [*(f"{value:.4g}" for value in one.values.values()), _share(one, found), *sizes]
+
+    rows = [row(one) for one in shown]
     if not found.nominal.values:
         head, rows = ["place", *head], [["nominal", *row] for row in rows]
     few = f" (the worst {_MOST_POINTS} of {len(ranked)})" if len(ranked) > _MOST_POINTS else ""
@@ -121,10 +130,6 @@ def _largest(found: Verification, j: int) -> float:
 
 def _share(one: Measured, found: Verification) -> str:
     return percent(one.share) + (" (nominal)" if one is found.nominal else "")
-
-
-def _sizes(one: Measured, j: int) -> str:
-    return f"{one.before[j]:.4g}, {one.after[j]:.3g}"
 
 
 def _how(tuning: Tuning, found: Verification) -> str:

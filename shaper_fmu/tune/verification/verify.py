@@ -139,14 +139,19 @@ def verified_runs(
         runs.step, change, max(one.doubt for one in search.points.values()), tuple(runs.noise.tolist()), runs.subtracted,
         slow.text if slow is not None and slow.moves else "",
     )  # fmt: skip
-    return Verification(**{**vars(found), "reason": _reason(found, spread)})
+    units = [runs.plant.display_unit(name) for name in outputs]
+    return Verification(**{**vars(found), "reason": _reason(found, spread, units)})
 
 
-def _reason(found: Verification, spread: Mapping[str, float]) -> str:
+def _reason(found: Verification, spread: Mapping[str, float], units: Sequence[tuple[str, float]]) -> str:
+    """The verification in words, with amplitudes in the units for people, of which each output's name and factor are given."""
     over = " and ".join(f"{name} +-{100.0 * share:.3g} %" for name, share in spread.items()) or "the nominal parameters"
     worst = found.worst
     where = ", ".join(f"{name} = {value:.4g}" for name, value in worst.values.items())
-    sizes = [f"{name} {a:.3g} before, {b:.3g} after" for name, a, b in zip(found.outputs, worst.before, worst.after, strict=True)]
+    sizes = [
+        f"{name} {abs(factor) * a:.3g} before, {f'{abs(factor) * b:.3g} {unit}'.rstrip()} after"
+        for name, a, b, (unit, factor) in zip(found.outputs, worst.before, worst.after, units, strict=True)
+    ]
     verdict = "holds" if found.holds else "does not hold" if worst.share > found.tolerance else "is not shown to hold"
     text = (
         f"over {over} the shaped plant leaves at most {100.0 * worst.share:.3g} % of the unshaped vibration"
