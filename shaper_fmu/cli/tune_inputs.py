@@ -10,7 +10,7 @@ import typer
 from shaper_fmu.cli.arguments import wrong_usage
 from shaper_fmu.cli.ends import end_message
 from shaper_fmu.cli.paths import shown, wrote
-from shaper_fmu.cli.tune_results import print_result, write_results
+from shaper_fmu.cli.tune_results import print_result, print_sentences, write_results
 from shaper_fmu.cli.tune_sources import checked_plant, say, source_of, told_by_progress
 from shaper_fmu.console import err, out
 
@@ -68,9 +68,10 @@ def several_inputs(found: InputsTuning, target: Path, report: bool) -> None:
         out.print(f"input {name}:")
         print_result(one)
         write_results(one, target / folder_name(name), report, say)
-    out.print(f"all inputs: {found.verdict.replace('_', ' ')}: {found.together_words}")
-    for path in write_inputs(found, target, say=say):
-        wrote(path, f" ({found.verdict.replace('_', ' ')})" if not found.good and path.suffix == ".ssp" else "")
+    print_sentences(f"all inputs: {found.verdict.replace('_', ' ')}: {found.together_words}")
+    for path in write_inputs(found, target, report=report, say=say):
+        if path.suffix != ".png":
+            wrote(path, f" ({found.verdict.replace('_', ' ')})" if not found.good and path.suffix == ".ssp" else "")
     if found.stopped is not None:
         message, code = end_message(found.stopped)
         err.print(f"{message}: what was known is kept in {shown(target)}; --resume goes on")

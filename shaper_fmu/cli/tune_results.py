@@ -34,10 +34,15 @@ def print_result(found: Tuning) -> None:
         err.print(f"note: {finding.text}")
     verdict = found.verdict.replace("_", " ")
     said = found.summary if found.summary.startswith(verdict) else f"{verdict}: {found.summary}"
-    out.print("\n  ".join(_SENTENCES.split(said)))
+    print_sentences(said)
     words = effort_words(found.efforts)
     if words:
         err.print(words)
+
+
+def print_sentences(said: str) -> None:
+    """Print a result in words, a line for each sentence."""
+    out.print("\n  ".join(_SENTENCES.split(said)))
 
 
 def write_results(found: Tuning, wanted: Path, report: bool, say: Callable[[str], None]) -> Path:

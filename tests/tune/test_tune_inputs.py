@@ -67,7 +67,7 @@ def test_what_holds_alone_but_not_together_is_designed_tighter_or_told(plant, mo
 @MORE
 def test_the_command_writes_an_archive_with_a_shaper_before_each_input(plant, tmp_path):
     """The archive's run leaves no more than was told: both drives are moved at once."""
-    arguments = ["tune", plant, "--input", "f1", "--input", "f2", "--vary", "mass=5%", "--nominal", "2%", "--no-report"]
+    arguments = ["tune", plant, "--input", "f1", "--input", "f2", "--vary", "mass=5%", "--nominal", "2%"]
     done = typed(*arguments, "--output-folder", "out", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "all inputs: tuned" in " ".join(done.stdout.split())
@@ -77,6 +77,11 @@ def test_the_command_writes_an_archive_with_a_shaper_before_each_input(plant, tm
     assert numbers["inputs"]["f2"] == {"folder": "f2", "verdict": "tuned"}
     assert (folder / "f1" / "shaper.ssv").is_file()
     assert (folder / "f2" / "tuning.json").is_file()
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    worst = numbers["verification"]["worst"]["share"]
+    assert f"All commands at once leave at most {100.0 * worst:.3g} % of the unshaped vibration (tolerance 5 %)" in page
+    assert {"report_decision_f1.png", "report_decision_f2.png", "report.html"} <= {path.name for path in folder.iterdir()}
+    assert len(page) < 1_000_000
     sizes = []
     for unshaped in (False, True):
         loaded, end = load_ssp(folder / "shaped_plant.ssp"), 1.0

@@ -10,7 +10,7 @@ from typing import Any
 from shaper_fmu.archives import write_file
 from shaper_fmu.errors import ModelError
 from shaper_fmu.export.build import fmu_path
-from shaper_fmu.report.tune.outputs import ARCHIVE, NUMBERS, command_of
+from shaper_fmu.report.tune.outputs import ARCHIVE, NUMBERS, REPORT, command_of
 from shaper_fmu.ssp.export import parameter_set, write_system
 from shaper_fmu.ssp.template import OUTPUTS, rounded_step
 from shaper_fmu.ssp.write import write_parameter_set
@@ -22,8 +22,10 @@ from shaper_fmu.tune.verification.together import free_name, shaped_system
 _STEPS, _PERIODS = 200, 5.0
 
 
-def write_inputs(found: InputsTuning, folder: Path | str, *, say: Say = lambda _: None) -> list[Path]:
-    """Write tuning.json, and shaped_plant.ssp where all inputs were verified together, into a folder; returns the paths.
+def write_inputs(
+    found: InputsTuning, folder: Path | str, *, report: bool = True, say: Say = lambda _: None
+) -> list[Path]:  # fmt: skip
+    """Write tuning.json, shaped_plant.ssp where all inputs were verified together, and report.html; returns the paths.
 
     The archive has a MotionProfile and an InputShaper before each input; without shaping with its parameter set `unshaped`. The
     files of each input are written by `write_tuning`. Raises ShaperFmuError if something cannot be written.
@@ -37,7 +39,18 @@ def write_inputs(found: InputsTuning, folder: Path | str, *, say: Say = lambda _
         except ModelError as error:  # what was found is not lost for what an archive cannot hold
             say(f"the shaped plant cannot be an archive: {error}")
     text = json.dumps(strict(inputs_numbers(found)), allow_nan=False, indent=1, ensure_ascii=False)
-    return [*written, write_file(folder / NUMBERS, f"{text}\n".encode())]
+    written.append(write_file(folder / NUMBERS, f"{text}\n".encode()))
+    return [*written, *(_write_report(found, folder) if report else [])]
+
+
+def _write_report(found: InputsTuning, folder: Path) -> list[Path]:
+    from shaper_fmu.page.blocks import write_report
+    from shaper_fmu.report.tune.inputs_page import inputs_blocks
+
+    first = next(iter(found.tunings.values()))
+    system = shaped_system(found.inputs)[0] if found.inputs else None
+    title = f"Tuning of {first.source}: {', '.join(found.tunings)} to {', '.join(first.outputs)}"
+    return write_report(folder / REPORT, title, inputs_blocks(found, system))
 
 
 def inputs_numbers(found: InputsTuning) -> dict[str, Any]:
