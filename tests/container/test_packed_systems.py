@@ -61,8 +61,8 @@ def test_edges_inside_are_exact_whatever_the_host_steps(versions, step, shaper, 
 def test_an_inner_event_between_the_hosts_points(fmi, tmp_path):
     """A profile's step at a time of no grid: after it the position is that of the formula, for host steps of 50 ms."""
     system = System("late")
-    system.add("profile", fmu_path("MotionProfile", 3), profile="step", distance=1.0, start_time=EDGE)
-    system.add("plant", fmu_path("MassSpringDamper", 2), mass=1.0, stiffness=STIFFNESS, damping=0.0)
+    system.add("profile", fmu_path("MotionProfile", 3, platforms=["this"]), profile="step", distance=1.0, start_time=EDGE)
+    system.add("plant", fmu_path("MassSpringDamper", 2, platforms=["this"]), mass=1.0, stiffness=STIFFNESS, damping=0.0)
     system.connect_raw("profile.position", "plant.force")
     driver = Driver(container(system, tmp_path / "c.fmu", fmi)).initialize()
     for i in range(20):
@@ -74,7 +74,10 @@ def test_an_inner_event_between_the_hosts_points(fmi, tmp_path):
 
 def test_a_host_without_events_alone_loses_percents(tmp_path):
     """The same two FMUs, stepped by a plain host at 50 ms, leave what the container does not: the reason for it."""
-    shaper, plant = Driver(fmu_path("InputShaper", 2)), Driver(fmu_path("MassSpringDamper", 2))
+    shaper, plant = (
+        Driver(fmu_path("InputShaper", 2, platforms=["this"])),
+        Driver(fmu_path("MassSpringDamper", 2, platforms=["this"])),
+    )
     shaper.initialize({"shaper": 1, "natural_frequency[1]": FREQUENCY, "command": 1.0})
     plant.initialize({"mass": 1.0, "stiffness": STIFFNESS, "damping": 0.0})
     for i in range(20):
@@ -94,7 +97,7 @@ def archives(tmp_path_factory) -> Path:
 
     folder = tmp_path_factory.mktemp("archives")
     for name in components():
-        (folder / f"{name}.fmu").write_bytes(fmu_path(name, 2).read_bytes())
+        (folder / f"{name}.fmu").write_bytes(fmu_path(name, 2, platforms=["this"]).read_bytes())
     for system in sorted(path for path in (ROOT / "ssp").iterdir() if path.is_dir()):
         pack_ssp(system, folder, folder / f"{system.name}.ssp")
     return folder
@@ -153,7 +156,7 @@ def test_a_container_in_a_container(versions, tmp_path):
     inner, outer = versions
     within = container(shaped_oscillator(3), tmp_path / "within.fmu", inner)
     system = System()
-    system.add("profile", fmu_path("MotionProfile", 2), profile="step", distance=1.0, start_time=EDGE)
+    system.add("profile", fmu_path("MotionProfile", 2, platforms=["this"]), profile="step", distance=1.0, start_time=EDGE)
     system.add("shaped", within)
     system.connect_raw("profile.position", "shaped.shaper.command")
     driver = Driver(container(system, tmp_path / "around.fmu", outer)).initialize()
@@ -183,7 +186,14 @@ def test_what_cannot_be_packed_leaves_the_file_as_it_was(tmp_path):
 def test_each_algorithm_gives_what_it_gives_in_a_run(algorithm, tmp_path):
     """A profile before a shaper before a plant, whose inputs move smoothly: the algorithms differ by percents."""
     system = shaped_oscillator()
-    system.add("profile", fmu_path("MotionProfile", 2), profile="trapezoid", distance=1.0, max_velocity=2.0, max_acceleration=8.0)
+    system.add(
+        "profile",
+        fmu_path("MotionProfile", 2, platforms=["this"]),
+        profile="trapezoid",
+        distance=1.0,
+        max_velocity=2.0,
+        max_acceleration=8.0,
+    )
     system.connect_raw("profile.position", "shaper.command")
     expected = system.simulate(1.5, 0.01, algorithm=algorithm).values["plant.position"]
     driver = Driver(container(system, tmp_path / "c.fmu", algorithm=algorithm)).initialize()
@@ -199,7 +209,7 @@ def test_an_fmu_that_needs_a_tool(tmp_path):
     """A component by pythonfmu, which needs Python where it runs: in a container it does, too, and that is told."""
     system = System()
     system.add("shaper", fmu_path("InputShaper", 2, backend="python"), shaper="zvd", natural_frequency=[FREQUENCY])
-    system.add("plant", fmu_path("MassSpringDamper", 2), mass=1.0, stiffness=STIFFNESS, damping=0.0)
+    system.add("plant", fmu_path("MassSpringDamper", 2, platforms=["this"]), mass=1.0, stiffness=STIFFNESS, damping=0.0)
     system.connect("shaper.shaped", "plant.force")
     packed = pack(system, outer_variables(system, 2), tmp_path / "c.fmu", platforms=("this",))
     assert any("needs a tool where the container runs" in note for note in packed.notes)

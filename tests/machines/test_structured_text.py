@@ -40,7 +40,10 @@ class Shaper:
             "shaper": "custom", "custom_impulses": len(sequence.delays), "initial_command": initial,
             "custom_amplitude": list(sequence.amplitudes), "custom_delay": list(sequence.delays),
         }  # fmt: skip
-        path = fmu_path(with_start_values(find_component("InputShaper"), values, f"Shaper{zlib.crc32(str(values).encode())}"))
+        path = fmu_path(
+            with_start_values(find_component("InputShaper"), values, f"Shaper{zlib.crc32(str(values).encode())}"),
+            platforms=["this"],
+        )
         description = read_model_description(path)
         self.references = {v.name: v.valueReference for v in description.modelVariables}
         self.fmu: Any = instantiate_fmu(extract(path, folder), description, "CoSimulation")

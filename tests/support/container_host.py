@@ -104,9 +104,9 @@ class Kind:
 def _mixed() -> System:
     """Of both versions of FMI, with events of its own."""
     system = System("mixed")
-    system.add("profile", fmu_path("MotionProfile", 3), distance=1.0)
-    system.add("shaper", fmu_path("InputShaper", 2), shaper="zvd", natural_frequency=[10.0])
-    system.add("plant", fmu_path("MassSpringDamper", 3), mass=1.0, stiffness=100.0)
+    system.add("profile", fmu_path("MotionProfile", 3, platforms=["this"]), distance=1.0)
+    system.add("shaper", fmu_path("InputShaper", 2, platforms=["this"]), shaper="zvd", natural_frequency=[10.0])
+    system.add("plant", fmu_path("MassSpringDamper", 3, platforms=["this"]), mass=1.0, stiffness=100.0)
     system.connect_raw("profile.position", "shaper.command")
     system.connect_raw("shaper.shaped", "plant.force")
     return system

@@ -21,7 +21,7 @@ def container(system: System, path: Path, fmi: int = 2, expose: tuple[str, ...] 
 def shaped_oscillator(inner: int = 2, shaper: str = "zvd", **values: Any) -> System:
     """A shaper before a mass on a spring without damping, of this version of FMI: the shaper's command is free."""
     system = System("shaped")
-    system.add("shaper", fmu_path("InputShaper", inner), shaper=shaper, natural_frequency=[FREQUENCY], **values)
-    system.add("plant", fmu_path("MassSpringDamper", inner), mass=MASS, stiffness=STIFFNESS, damping=0.0)
+    system.add("shaper", fmu_path("InputShaper", inner, platforms=["this"]), shaper=shaper, natural_frequency=[FREQUENCY], **values)
+    system.add("plant", fmu_path("MassSpringDamper", inner, platforms=["this"]), mass=MASS, stiffness=STIFFNESS, damping=0.0)
     system.connect("shaper.shaped", "plant.force")
     return system
