@@ -79,6 +79,7 @@ def sweep(
 
     Exit codes: 0 all runs are done, 1 some failed, 2 wrong usage, 130 interrupted, 143 ended by SIGTERM.
     """
+    from shaper_fmu.master.loop_library import loop
     from shaper_fmu.sweep.engine import engine_for
     from shaper_fmu.sweep.study import read_study
 
@@ -88,6 +89,8 @@ def sweep(
     target = output_file()(store or Path("results") / f"{study.resolve().parent.name}.sqlite")
     with wrong_usage("--dask" if dask else "--workers"):
         engine = engine_for(workers, dask)
+    if dask in (None, "local"):
+        loop()  # where it is missing, no store is begun
     target.parent.mkdir(parents=True, exist_ok=True)
     _build_missing(planned.system_path)
     counts = _run(planned, target, engine, retry_failed)
