@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 import inspect
 import re
+from pathlib import Path
 from typing import Any
 
 import jinja2
@@ -57,6 +58,9 @@ figcaption { font-size: 0.9em; color: #555; }
 <figcaption>{{ picture.caption }}</figcaption>
 </figure>
 {% endif %}
+{% if live %}
+<p>To see it move: <code>{{ live }}</code> writes a page with sliders, redrawn while they move.</p>
+{% endif %}
 {% for title, rows in sections %}
 <h2>{{ title }}</h2>
 <table>
@@ -98,6 +102,26 @@ def type_text(variable: Variable[Any]) -> str:
     return name if variable.size is None else f"{name}[{variable.size}]"
 
 
+ON_EVERY_LIVE_PAGE = ("InputShaper", "MotionProfile", "PulseTrain", "PositionController")
+"""Components that `shaper-fmu live` shows without being asked."""
+
+
+def live_command(component: type[Component]) -> str:
+    """What writes a page on which the component moves; "" where there is none, without a real input and output.
+
+    A component with other start values has the kernels of another one, which the page shows.
+    """
+    while "step" not in vars(component) and component.__base__ not in (None, Component):
+        component = component.__base__
+    if component.__name__ in ON_EVERY_LIVE_PAGE:
+        return "shaper-fmu live"
+    real = {v.causality for v in component.variables.values() if v.kind is float and (v.size is None or v.causality != "input")}
+    if not {"input", "output"} <= real:
+        return ""
+    shipped = component.__module__.startswith("shaper_fmu.")
+    return f"shaper-fmu live --plant {component.__name__ if shipped else Path(inspect.getfile(component)).name}"
+
+
 def documentation_page(component: type[Component]) -> str:
     """A self-contained HTML page."""
     sections = []
@@ -118,7 +142,7 @@ def documentation_page(component: type[Component]) -> str:
         for kind, lines in docstring_blocks(inspect.getdoc(component) or "")
     ]
     picture = behaviour_picture(component)
-    return _PAGE.render(name=component.__name__, blocks=blocks, sections=sections, picture=picture)
+    return _PAGE.render(name=component.__name__, blocks=blocks, sections=sections, picture=picture, live=live_command(component))
 
 
 _SIGN = re.compile(r"^(=|<|>|<=|>=|\+|-|/|\*)$")

@@ -13,6 +13,7 @@ import jinja2
 from shaper_fmu.component import Component, Variable
 from shaper_fmu.drafts import draft_of
 from shaper_fmu.errors import ArgumentError, ShaperFmuError
+from shaper_fmu.export.documentation import ON_EVERY_LIVE_PAGE
 from shaper_fmu.export.wasm import LOADER, layout, wasm_module
 from shaper_fmu.kinds.profiles import PROFILES
 from shaper_fmu.kinds.pulses import PULSES
@@ -28,7 +29,6 @@ from shaper_fmu.version import __version__
 
 _STATIC = Path(__file__).parent / "static"
 _SCRIPTS = ("simulate.js", "state.js", "controls.js", "copies.js", "draw.js", "page.js")
-_COMMANDS = ("InputShaper", "MotionProfile", "PulseTrain", "PositionController")
 _CURVES = (ShaperCurve, MoveCurve, PulseCurve)
 _LEAST_SHARE = 0.01
 """Where a parameter's slider begins that must be larger than 0."""
@@ -99,7 +99,7 @@ def panel_data(plant: Plant, start: dict[str, Any]) -> dict[str, Any]:
 
 def page_components(plants: dict[str, Plant]) -> list[type[Component]]:
     """The components whose kernels a page with these plants carries."""
-    return [*map(find_component, _COMMANDS), *_CURVES, *(plant.component for plant in plants.values())]
+    return [*map(find_component, ON_EVERY_LIVE_PAGE), *_CURVES, *(plant.component for plant in plants.values())]
 
 
 def panel_components(plant: type[Component]) -> list[type[Component]]:
@@ -117,7 +117,7 @@ def plants_of(own: Sequence[type[Component]] = ()) -> dict[str, Plant]:
     added: dict[str, type[Component]] = {}
     for component in own:
         name = component.__name__
-        if name in (*_COMMANDS, *(curve.__name__ for curve in _CURVES)):
+        if name in (*ON_EVERY_LIVE_PAGE, *(curve.__name__ for curve in _CURVES)):
             raise ArgumentError(f"{name} is a part of the page itself and cannot be its plant; give the component another name")
         if added.setdefault(name, component) is not component:
             raise ArgumentError(f"two plants are called {name}; give one of them another name")

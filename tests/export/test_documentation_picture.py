@@ -9,12 +9,16 @@ import math
 
 import matplotlib
 import pytest
+from conftest import gain_component
 from lxml import etree
 
 from shaper_fmu.component import NO_EVENT, Component, Input, Output, Parameter, time_tolerance
-from shaper_fmu.export.documentation import docstring_blocks, documentation_page, marked_up
+from shaper_fmu.errors import ArgumentError
+from shaper_fmu.export.documentation import docstring_blocks, documentation_page, live_command, marked_up
 from shaper_fmu.export.picture import INTERVALS, STEP_AT, Recording, behaviour_picture, record
-from shaper_fmu.registry import components
+from shaper_fmu.export.start_values import with_start_values
+from shaper_fmu.live.page import plants_of
+from shaper_fmu.registry import components, find_component
 
 every_component = pytest.mark.parametrize("name", components())
 SVG = "{http://www.w3.org/2000/svg}"
@@ -220,3 +224,20 @@ def test_equations_are_set_apart_from_words(line, equations):
 
 def test_names_between_backticks_and_special_characters():
     assert str(marked_up("from `start` if x<y & z")) == 'from <span class="name">start</span> if x&lt;y &amp; z'
+
+
+def test_the_page_tells_how_to_see_it_move(tmp_path):
+    """What it tells is what `live` takes: plants_of refuses what cannot be a plant."""
+    for name, component in components().items():
+        command = live_command(component)
+        assert (f"<code>{command}</code>" in documentation_page(component)) == bool(command)
+        if command.startswith("shaper-fmu live --plant "):
+            assert name in plants_of([find_component(command.split()[-1])])
+        elif command:
+            with pytest.raises(ArgumentError, match="is a part of the page itself"):
+                plants_of([component])
+        else:
+            with pytest.raises(ArgumentError, match="has no real input"):
+                plants_of([component])
+    assert live_command(gain_component(tmp_path, 2.0)) == "shaper-fmu live --plant gain.py"
+    assert live_command(with_start_values(find_component("InputShaper"), {"shaper": "zvd"}, "Zvd")) == "shaper-fmu live"
