@@ -62,8 +62,14 @@ def of_inputs(
 def several_inputs(found: InputsTuning, target: Path, report: bool) -> None:
     """Print and write the result; exits with 1 if it is not good, and with 130 after a Ctrl-C."""
     from shaper_fmu.report.tune.inputs import write_inputs
+    from shaper_fmu.report.tune.outputs import folder_for
     from shaper_fmu.tune.tuning_inputs import folder_name
 
+    wanted, target = target, folder_for(found, target)
+    if target != wanted:
+        err.print(
+            f"note: {shown(wanted)} keeps its tuning: it is another plant's, or other inputs', or good, which this one is not"
+        )
     for name, one in found.tunings.items():
         out.print(f"input {name}:")
         print_result(one)

@@ -66,6 +66,16 @@ class InputsTuning:
         return ". ".join([*(f"{name}: {one.summary}" for name, one in self.tunings.items()), self.together_words])
 
     @property
+    def source(self) -> str:
+        """The plant's file."""
+        return next(iter(self.tunings.values())).source
+
+    @property
+    def input(self) -> str:
+        """The names of all inputs."""
+        return ", ".join(self.tunings)
+
+    @property
     def good(self) -> bool:
         """Whether nothing more is to be done."""
         return self.verdict in ("tuned", "no_vibration")

@@ -23,6 +23,7 @@ from shaper_fmu.ssp.write import write_parameter_set
 from shaper_fmu.tune.choice.boxes import ModeBox
 from shaper_fmu.tune.plant import SHAPER, Plant
 from shaper_fmu.tune.tuning import Say, Tuning
+from shaper_fmu.tune.tuning_inputs import InputsTuning
 from shaper_fmu.tune.tuning_json import write_json
 from shaper_fmu.tune.verification.command import Command, even_width
 from shaper_fmu.tune.verification.move import MoveCommand
@@ -65,7 +66,7 @@ def write_tuning(
     return written
 
 
-def folder_for(tuning: Tuning, folder: Path) -> Path:
+def folder_for(tuning: Tuning | InputsTuning, folder: Path) -> Path:
     """The folder, or a new one beside it where it has something that this tuning must not replace.
 
     That is the tuning of another file or input, and a good one if this one is not.
@@ -77,7 +78,7 @@ def folder_for(tuning: Tuning, folder: Path) -> Path:
     return found
 
 
-def _keeps(folder: Path, tuning: Tuning) -> bool:
+def _keeps(folder: Path, tuning: Tuning | InputsTuning) -> bool:
     try:
         known = json.loads((folder / NUMBERS).read_bytes())
         other = (known["source"], known["input"] or "") != (tuning.source, tuning.input)
