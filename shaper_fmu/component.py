@@ -222,7 +222,7 @@ class Component:
     def _run(self, time: float, kernel: Callable[..., int | None], *arguments: float) -> None:
         try:
             status = kernel(*arguments)
-        except (ArithmeticError, ValueError, IndexError, TypeError, UnboundLocalError) as error:  # native code has faults there
+        except (ArithmeticError, ValueError, IndexError, TypeError, NameError) as error:  # native code has faults there
             raise ComponentError(f"{type(self).__name__}: {error} ({_place(error)}, t = {time:.15g} s)") from error
         if status:
             raise ComponentError(f"{type(self).__name__}: {self.explain(status)} (t = {time:.15g} s)")

@@ -267,6 +267,9 @@ class Reader(ast.NodeVisitor):
                 node,
                 f"{name} is of type {kind}, which needs Python; use a tuple of numbers, or an array of the component (size=...)",
             )
+        elif type(value).__module__.split(".")[0] == "numpy":
+            words = "a value of numpy, which computes otherwise than Python; make it a float, or a tuple of its tolist()"
+            self._refuse(node, f"{name} is {words}")
         elif isinstance(value, type) and not _is_compiled_class(value):
             self._refuse(node, f"{name} is a class; a kernel reads module constants, members of an IntEnum and the record")
         elif not _is_compiled(value):
@@ -275,10 +278,12 @@ class Reader(ast.NodeVisitor):
 
 def _is_compiled_class(value: type) -> bool:
     named_tuple = issubclass(value, tuple) and hasattr(value, "_fields")
-    return named_tuple or issubclass(value, enum.Enum) or value.__module__ in ("builtins", "numpy")
+    return named_tuple or issubclass(value, enum.Enum) or value.__module__ == "builtins"
 
 
 def _is_compiled(value: Any) -> bool:
     """Whether the compiler knows values of this type at all."""
-    known = (bool, int, float, complex, bytes, tuple, type, enum.Enum, ModuleType, BuiltinFunctionType, NoneType)
-    return value is _UNKNOWN or isinstance(value, known) or type(value).__module__.split(".")[0] == "numpy"
+    if isinstance(value, int | float) and not isinstance(value, enum.Enum):
+        return type(value) in (bool, int, float)  # and none that computes in its own way
+    known = (complex, bytes, tuple, type, enum.Enum, ModuleType, BuiltinFunctionType, NoneType)
+    return value is _UNKNOWN or isinstance(value, known)

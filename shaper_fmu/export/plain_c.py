@@ -9,7 +9,8 @@ from typing import Any
 
 from shaper_fmu.archives import write_file
 from shaper_fmu.component import Component, Variable
-from shaper_fmu.export.c.unit import field_name, record_text
+from shaper_fmu.export.c.texts import record_text
+from shaper_fmu.export.c.unit import field_name
 from shaper_fmu.export.description_parts import summary
 from shaper_fmu.export.native.kernels import component_files
 from shaper_fmu.export.packing import check_component

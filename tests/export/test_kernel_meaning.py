@@ -64,7 +64,7 @@ EXPRESSIONS = [
     "m.k = 1 if m.n == Kind.one else 2 if m.n == Kind.seven else 3", "m.y = pair_of(m.u)[0] + pair_of(m.v)[1]", "x, y = pair_of(m.u)\nm.y = x - y",
     "m.y = applied(half, m.u) + applied(lambda x: x + m.v, m.u)", "m.y = stored(m, 1.0) + m.secret + stored(m, 2.0)", "m.y = m.secret + stored(m, 3.0)",
     "if m.n > 3:\n    return m.n\nm.y = 1.0", "m.y = with_default(m.u) + with_default(m.u, 3.0) + with_default(factor=m.v, x=m.u)", "m.y = with_default(*PAIR)",
-    "x = 0\nfor j in range(m.few):\n    x += m.a[j]\nm.y = x", "x = 1\nif m.flag:\n    x = m.u\nm.y = x * 3", "m.y = m.n", "m.y = m.flag", "m.k = m.flag", "m.a[0] = m.n",
+    "x = 0\nfor j in range(m.few):\n    x += m.a[j]\nm.y = x", "x = 1\nif m.flag:\n    x = m.u\nm.y = x * 3", "m.y = m.n", "m.y = m.flag", "m.k = m.flag",
 ]  # fmt: skip
 
 HELPERS = """

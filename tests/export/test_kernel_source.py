@@ -48,6 +48,7 @@ TABLE = [1.0, 2.0]
 NAMED = {"gain": 2.0}
 PAIR = (1.0, 2.0)
 ARRAY = np.array([1.0, 2.0])
+ARRAY_32 = np.float32(0.1)
 WORD = "one"
 
 
@@ -141,6 +142,8 @@ BEHAVES_OTHERWISE = [
     ("self.y = float(self.n == WORD)  # here", "WORD is a text"),
     ("self.y = getattr(self, 'u')  # here", "a kernel has no texts such as 'u'"),
     ("self.y = float(np.sin(self.u))  # here", "a kernel cannot call np.sin"),
+    ("self.y = ARRAY[self.n]  # here", "ARRAY is a value of numpy, which computes otherwise than Python"),
+    ("self.y = ARRAY_32 * self.u  # here", "ARRAY_32 is a value of numpy"),
 ]
 
 
@@ -247,7 +250,7 @@ def test_a_status_that_is_no_number_is_named(tmp_path):
     [
         "self.y = double(self.u) + double(self.u, 3.0) + double(factor=self.u, x=1.0)",
         "x, (y, z) = self.u, both(self.u)\nself.y = x + y + z",
-        "self.y = PAIR[self.n] + len(PAIR) + ARRAY[self.n] + base.NO_EVENT",
+        "self.y = PAIR[self.n] + len(PAIR) + base.NO_EVENT",
         "for x in [1.0, 2.0]:\n    self.y += x\nself.y += 1.0 if self.n in [1, 2] else 0.0",
         "for i, x in enumerate(self.a):\n    self.y += i * x",
         "def inner(x):\n    return double(x) + self.u\nself.y = inner(1.0) + (lambda x: x * x)(2.0)",

@@ -21,6 +21,7 @@ class _Paths:
     def __init__(self, scope: Scope, refuse: Callable[[ast.AST, str], None]):
         self.scope, self.refuse, self.own = scope, refuse, own_names(scope)
         self.breaks: list[list[Names]] = []
+        self.continues: list[list[Names]] = []
 
     def function(self) -> None:
         arguments = self.scope.args
@@ -68,12 +69,14 @@ class _Paths:
         if isinstance(s, ast.For | ast.While):
             return self.loop(s, known)
         if isinstance(s, ast.Break | ast.Continue):
-            if isinstance(s, ast.Break):
-                self.breaks[-1].append(known)
+            (self.breaks if isinstance(s, ast.Break) else self.continues)[-1].append(known)
             return None
         if isinstance(s, ast.Match):
             return self.match(s, known)
-        if isinstance(s, ast.FunctionDef):
+        if isinstance(s, ast.FunctionDef):  # what it uses of this function must have a value by now
+            for found in walked(s):
+                if isinstance(found, ast.Name) and found.id in self.own - known - own_names(s) - {s.name}:
+                    self.refuse(found, f"{found.id} may have no value here: it is not set on every path; set it before")
             return known | {s.name}
         self.read(s, known)
         return known
@@ -91,7 +94,10 @@ class _Paths:
         self.read(s.iter if isinstance(s, ast.For) else s.test, known)
         inside = self.bound([s.target], known) if isinstance(s, ast.For) else known
         self.breaks.append([])
+        self.continues.append([])
         once = self.block(s.body, inside)
+        for known_there in self.continues.pop():
+            once = _both(once, known_there)
         if isinstance(s, ast.While) and isinstance(s.test, ast.Constant) and s.test.value:
             after: Names | None = None  # it ends by break alone
         else:

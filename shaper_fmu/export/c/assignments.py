@@ -51,6 +51,8 @@ class Assignments(Blocks):
         elif isinstance(target, ast.Tuple | ast.List):
             self._unpack(target, code)
         else:
+            if isinstance(target, ast.Subscript) and (code.writes or _calls(target.slice)):  # the value comes before the index
+                code = self.scope.temporary(code)
             place = self.place(target)
             self.scope.say(f"{place.text} = {self._fitting(target, place, code)};")
 
@@ -77,8 +79,12 @@ class Assignments(Blocks):
         if code.kind not in NUMBERS:
             self.scope.refuse(target, f"{ast.unparse(target)} is set to {code.kind}; the types do not fit")
         if place.kind == REAL:
-            if code.maybe_integer:
-                self.scope.unit.mark(self.scope.unit.whole, _variable(target))
+            if code.integers is not None:
+                owner = target.value if isinstance(target, ast.Subscript) else target
+                if not isinstance(owner, ast.Attribute):
+                    words = f"{ast.unparse(target)} is a real number and is set to an integer; write float(...), or 0.0 for 0"
+                    self.scope.refuse(target, words)
+                self.scope.unit.becomes_whole(owner.attr, code.integers)
             return self.scope.as_kind(code, REAL, target)
         if place.kind == BOOLEAN and code.kind != BOOLEAN:
             self.scope.refuse(
@@ -105,7 +111,9 @@ class Assignments(Blocks):
             self.store(one, self.e.item(code, i))
 
     def _augassign(self, s: ast.AugAssign) -> None:
-        target = self.e.number(_loaded(s.target))
+        if isinstance(s.target, ast.Subscript) and (_calls(s.target) or _calls(s.value)):
+            self.e.hold_index(s.target)  # it is evaluated once, before the value
+        target = self.e.number(s.target if isinstance(s.target, ast.Subscript) else _loaded(s.target))
         value = self.e.number(s.value)
         code = operators.binary(self.scope, s, s.op, target, value)
         symbol = _ASSIGNING.get(type(s.op))
@@ -121,6 +129,10 @@ class Assignments(Blocks):
             self.scope.say(f"{place.text} {symbol} {value.text};")
         else:
             self.store(s.target, code)
+
+
+def _calls(node: ast.expr) -> bool:
+    return any(isinstance(n, ast.Call) for n in walked(node))
 
 
 def _variable(target: ast.expr) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 from shaper_fmu.errors import nearest
 from shaper_fmu.export.c import operators
 from shaper_fmu.export.c import ranges as r
-from shaper_fmu.export.c.code import PRODUCT, UNARY, Code
+from shaper_fmu.export.c.code import PRODUCT, UNARY, Code, integers_of
 from shaper_fmu.export.c.expressions import Expressions
 from shaper_fmu.export.c.kinds import BOOLEAN, INTEGER, NOTHING, NUMBERS, REAL, Array, Callee, Struct
 from shaper_fmu.export.c.operators import LOOSE, as_real
@@ -23,7 +23,7 @@ _CHECKED = {
     "sqrt", "cbrt", "exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "sin", "cos", "tan", "asin", "acos", "sinh", "cosh",
     "acosh", "atanh", "lgamma", "gamma",
 }  # fmt: skip
-_OF_TWO = {"atan2": "atan2", "copysign": "copysign", "fmod": "checked_fmod", "pow": "checked_pow", "hypot": "checked_hypot"}
+_OF_TWO = {"atan2": "atan2", "copysign": "copysign", "fmod": "checked_fmod", "pow": "checked_pow", "hypot": "hypot"}
 _CLASSIFIED = {"isnan", "isinf", "isfinite"}
 _INTEGERS = {"floor": "floor", "ceil": "ceil", "trunc": "trunc"}
 _RANGES = {
@@ -84,20 +84,24 @@ class Calls:
         known = e.scope.function.variables.get(name) if text == e.scope.local(name) else None
         found = known.range if known is not None and known.range is not None else r.widest(kind in (INTEGER, BOOLEAN))
         root = text if not isinstance(kind, type(NOTHING)) or kind not in NUMBERS else ""
-        return Code(text, kind, found, root=root)
+        return Code(text, kind, found, whole=known.whole if known is not None else None, root=root)
 
     def _bound(self, e: Expressions, node: ast.Call, callee: Callee) -> list[Code]:
         """The arguments in the order of the function's."""
         scope = e.scope
-        given = list(self._given(e, node))
         names, defaults = parameters_of(callee)
+        given = list(self._given(e, node))
+        keywords = [e.of(keyword.value) for keyword in node.keywords]
+        ordered = scope.in_order(node, [*given, *keywords])  # as they are written
+        given, keywords = ordered[: len(given)], ordered[len(given) :]
         if len(given) > len(names):
             scope.refuse(node, f"{callee.name} takes {len(names)} arguments, and is given {len(given)} (too many)")
         found = dict(zip(names, given, strict=False))
-        for keyword in node.keywords:
-            if keyword.arg is None or keyword.arg not in names or keyword.arg in found:
+        alone = _positions_alone(callee)
+        for keyword, code in zip(node.keywords, keywords, strict=True):
+            if keyword.arg is None or keyword.arg not in names[alone:] or keyword.arg in found:
                 scope.refuse(node, f"{callee.name} cannot be given {keyword.arg!r} here.{nearest(str(keyword.arg), names)}")
-            found[keyword.arg] = e.of(keyword.value)
+            found[keyword.arg] = code
         for name in names:
             if name not in found and name in defaults:
                 default = scope.unit.constant(defaults[name])
@@ -114,13 +118,13 @@ class Calls:
             if not isinstance(argument, ast.Starred):
                 yield e.of(argument)
                 continue
-            whole = e.of(argument.value)
-            if not isinstance(whole.kind, Struct) and not isinstance(whole.value, tuple):
+            packed = e.of(argument.value)
+            if not isinstance(packed.kind, Struct) and not isinstance(packed.value, tuple):
                 e.scope.refuse(node, f"*{ast.unparse(argument.value)} is no tuple")
-            if whole.value is None and not whole.text.isidentifier():
-                whole = e._held(node, whole)
-            size = len(whole.kind.items) if isinstance(whole.kind, Struct) else len(tuple(whole.value or ()))
-            yield from (e.item(whole, i) for i in range(size))
+            if packed.value is None and not packed.text.isidentifier():
+                packed = e.held_value(node, packed)
+            size = len(packed.kind.items) if isinstance(packed.kind, Struct) else len(tuple(packed.value or ()))
+            yield from (e.item(packed, i) for i in range(size))
 
     # built-in functions
 
@@ -133,7 +137,8 @@ class Calls:
         operators.numbers(e.scope, node, *codes)
         found = r.magnitude(codes[0].range)
         if codes[0].kind == REAL:
-            return Code(f"fabs({codes[0].text})", REAL, found).effects_of(codes[0])
+            whole = codes[0].whole and r.magnitude(codes[0].whole)
+            return Code(f"fabs({codes[0].text})", REAL, found, whole=whole).effects_of(codes[0])
         if r.fits(found):
             return Code(f"magnitude({codes[0].text})", INTEGER, found).effects_of(codes[0])
         return Code(
@@ -146,7 +151,7 @@ class Calls:
         if len(codes) == 1 and isinstance(codes[0].value, tuple):
             codes = [c for c in map(scope.unit.constant, codes[0].value) if c is not None]
         elif len(codes) == 1 and isinstance(codes[0].kind, Struct):
-            whole = codes[0] if codes[0].text.isidentifier() else e._held(node, codes[0])
+            whole = codes[0] if codes[0].text.isidentifier() else e.held_value(node, codes[0])
             codes = [e.item(whole, i) for i in range(len(codes[0].kind.items))]
         operators.numbers(scope, node, *codes)
         if not codes or (len(codes) == 1):
@@ -161,15 +166,14 @@ class Calls:
             beyond = r.Range(side(found.low, code.range.low), side(found.high, code.range.high))
             maybe_nan = code.kind == REAL and code.range.constant is None  # then the one before stays
             found = r.union(found, beyond) if maybe_nan else beyond
-        whole = real and any(code.maybe_integer for code in codes)
-        return Code(text, REAL if real else INTEGER, found, whole=whole).effects_of(*codes)
+        return Code(text, REAL if real else INTEGER, found, whole=integers_of(codes) if real else None).effects_of(*codes)
 
     def _float(self, e: Expressions, node: ast.Call, codes: list[Code]) -> Code:
         self._count(e, node, codes, 1, 1)
         operators.numbers(e.scope, node, *codes)
         code = codes[0]
         if code.kind == REAL:
-            return code._replace(whole=False)
+            return code._replace(whole=None)
         low, high = float(code.range.low), float(code.range.high)
         return Code(f"(double){code.at(UNARY)}", REAL, r.Range(low, high), UNARY).effects_of(code)
 
@@ -177,7 +181,7 @@ class Calls:
         self._count(e, node, codes, 1, 1)
         operators.numbers(e.scope, node, *codes)
         if codes[0].kind != REAL:
-            return codes[0]._replace(kind=INTEGER)
+            return operators.as_integer(codes[0])
         return self._whole(e, node, codes[0], "trunc")
 
     def _whole(self, e: Expressions, node: ast.Call, code: Code, how: str) -> Code:
@@ -185,7 +189,7 @@ class Calls:
         low, high = code.range
         found = r.WHOLE
         if math.isfinite(low) and math.isfinite(high) and max(abs(low), abs(high)) < 2.0**62:
-            found = r.Range(math.floor(low), math.ceil(high))
+            found = r.union(r.Range(0, 0), r.Range(math.floor(low), math.ceil(high)))  # 0 after a fault: the number may be NaN
         text = f'integer({e.scope.fault()}, {how}({code.text}), "{"int" if how == "trunc" else how}", {e.scope.where(node)})'
         return Code(text, INTEGER, found).effects_of(code)
 
@@ -209,12 +213,12 @@ class Calls:
             )
         operators.numbers(e.scope, node, *codes)
         if codes[0].kind != REAL:
-            return codes[0]._replace(kind=INTEGER)
+            return operators.as_integer(codes[0])
         return self._whole(e, node, codes[0], "rint")
 
     def _divmod(self, e: Expressions, node: ast.Call, codes: list[Code]) -> Code:
         self._count(e, node, codes, 2, 2)
-        a, b = (c if c.text.isidentifier() or c.range.constant is not None else e._held(node, c) for c in codes)
+        a, b = (c if c.text.isidentifier() or c.range.constant is not None else e.held_value(node, c) for c in codes)
         parts = [operators.binary(e.scope, node, op, a, b) for op in (ast.FloorDiv(), ast.Mod())]
         return e.tuple_of(node, parts)
 
@@ -232,7 +236,7 @@ class Calls:
         if node.keywords:
             scope.refuse(node, f"{ast.unparse(node)}: write the arguments without names")
         if name in ("floor", "ceil", "trunc") and len(codes) == 1:
-            return codes[0]._replace(kind=INTEGER) if codes[0].kind != REAL else self._whole(e, node, codes[0], name)
+            return operators.as_integer(codes[0]) if codes[0].kind != REAL else self._whole(e, node, codes[0], name)
         texts = [as_real(scope, node, code, LOOSE) for code in codes]
         found = self._of_one(e, node, name, codes, texts) if len(codes) == 1 else self._of_two(e, node, name, codes, texts)
         return found.effects_of(*codes)
@@ -265,6 +269,13 @@ class Calls:
             found = r.Range(-4.0, 4.0) if name == "atan2" else r.ANY
             return Code(f"{c}({', '.join(texts)})", REAL, found)
         return Code(f"{c}({e.scope.fault()}, {', '.join(texts)}, {e.scope.where(node)})", REAL)
+
+
+def _positions_alone(callee: Callee) -> int:
+    """How many of a function's arguments cannot be given by name."""
+    if callee.function is not None:
+        return callee.function.__code__.co_posonlyargcount
+    return len(callee.node.args.posonlyargs) if callee.node else 0
 
 
 def parameters_of(callee: Callee) -> tuple[list[str], dict[str, Any]]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from shaper_fmu.export.c.kinds import BOOLEAN, INTEGER, Kind
-from shaper_fmu.export.c.ranges import ANY, Range
+from shaper_fmu.export.c.ranges import ANY, INT32, Range, clipped_exactly, union
 
 ATOM, UNARY, PRODUCT, SUM, SHIFT, RELATION, EQUALITY, BITS_AND, BITS_XOR, BITS_OR, AND, OR, CHOICE = range(13)
 """How strongly an expression is held together: the operators of C by precedence."""
@@ -21,8 +22,8 @@ class Code(NamedTuple):  # made by the hundred thousand: three times as fast as 
         level: of its outermost operator.
         reads: whether it depends on memory that a call may change.
         writes: whether it calls a function that changes memory.
-        whole: of a real number: whether it may be an integer in Python, whose zero has no sign.
-        narrow: whether it has 32 bits in C, so that arithmetic with it must be widened.
+        whole: of a real number that may be an integer in Python: between which bounds it then lies. Such a zero has no sign.
+        narrow: whether it is an int in C, so that arithmetic with it must be widened; literals and Booleans are so anyway.
         root: the parameter whose memory an array or record is; `field` is the record's, where that is known.
         captured: of a function: the texts of what it captures.
         value: of a constant that is no number: a tuple, or None.
@@ -34,7 +35,7 @@ class Code(NamedTuple):  # made by the hundred thousand: three times as fast as 
     level: int = ATOM
     reads: bool = False
     writes: bool = False
-    whole: bool = False
+    whole: Range | None = None
     narrow: bool = False
     root: str = ""
     field: str = ""
@@ -47,7 +48,21 @@ class Code(NamedTuple):  # made by the hundred thousand: three times as fast as 
 
     @property
     def maybe_integer(self) -> bool:
-        return self.is_integer or self.whole
+        return self.integers is not None
+
+    @property
+    def integers(self) -> Range | None:
+        """Between which bounds it may be an integer in Python; None if it never is one."""
+        return self.range if self.is_integer else self.whole
+
+    @property
+    def is_literal(self) -> bool:
+        return self.text.lstrip("-").isdigit()
+
+    @property
+    def is_int(self) -> bool:
+        """Whether it is an int in C, in which a product of two would overflow: of 32 bits, or a truth value."""
+        return self.narrow or self.kind == BOOLEAN or (self.is_literal and abs(int(self.text)) <= INT32)
 
     def at(self, level: int) -> str:
         """The text as an operand of an operator of this level; in parentheses if it is held less strongly."""
@@ -56,7 +71,7 @@ class Code(NamedTuple):  # made by the hundred thousand: three times as fast as 
 
     def wide(self, level: int) -> str:
         """The same for arithmetic with 64 bits."""
-        return f"(int64_t){self.at(UNARY)}" if self.narrow else self.at(level)
+        return f"(int64_t){self.at(UNARY)}" if self.is_int else self.at(level)
 
     def effects_of(self, *others: Code) -> Code:
         """This code, which has been made of others."""
@@ -67,3 +82,11 @@ class Code(NamedTuple):  # made by the hundred thousand: three times as fast as 
 def literal(value: str) -> str:
     """A string literal of C."""
     return '"' + value.encode("ascii", "replace").decode().replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def integers_of(codes: Iterable[Code]) -> Range | None:
+    """Between which bounds a real number, which is one of these, may be an integer in Python; None if none of them may."""
+    found: Range | None = None
+    for integers in (code.integers for code in codes):
+        found = union(found, clipped_exactly(integers)) if integers is not None else found
+    return found

@@ -10,9 +10,11 @@ from types import ModuleType
 from typing import Any
 
 from shaper_fmu.export.c import operators
-from shaper_fmu.export.c.code import CHOICE, OR, Code, literal
+from shaper_fmu.export.c.code import ATOM, CHOICE, OR, Code, integers_of, literal
+from shaper_fmu.export.c.comparisons import compare
 from shaper_fmu.export.c.kinds import (
     BOOLEAN,
+    EITHER,
     INTEGER,
     NOTHING,
     REAL,
@@ -24,7 +26,7 @@ from shaper_fmu.export.c.kinds import (
     joined,
     struct,
 )
-from shaper_fmu.export.c.ranges import TRUTH, union, widest
+from shaper_fmu.export.c.ranges import EXACT_INTEGERS, TRUTH, union, widest
 from shaper_fmu.export.c.scope import FunctionScope
 from shaper_fmu.export.c.source import UNKNOWN, own_names, walked
 
@@ -37,6 +39,7 @@ class Expressions:
     def __init__(self, scope: FunctionScope, calls: Caller):
         self.scope: FunctionScope = scope
         self.calls: Caller = calls
+        self.indexes: dict[ast.Subscript, Code] = {}  # that were evaluated before
 
     def of(self, node: ast.expr) -> Code:
         """The expression in C. Raises Refused."""
@@ -95,6 +98,7 @@ class Expressions:
                 else self._member(node, value)
             )
         owner = self.of(node.value)
+        owner = owner._replace(text=owner.at(ATOM), level=ATOM)
         if owner.kind == RECORD and node.attr in self.scope.unit.component.variables:
             return self.scope.unit.field(owner, node.attr)
         if owner.kind == RECORD:
@@ -122,12 +126,20 @@ class Expressions:
             self.scope.refuse(node, f"{ast.unparse(node)}: the items of this tuple are taken by numbers that are written out")
         if not isinstance(owner.kind, Array):
             self.scope.refuse(node, f"{ast.unparse(node.value)} is {owner.kind}, and has no elements")
-        at = self.index(node, owner, self.of(node.slice))
+        at = self.indexes.get(node) or self.index(node, owner, self.of(node.slice))
         kind = owner.kind.element
         narrow = kind in (INTEGER, BOOLEAN) and not owner.kind.constant
-        return Code(
-            f"{owner.text}[{at.text}]", kind, owner.range, reads=not owner.kind.constant, narrow=narrow, root=owner.root
-        ).effects_of(at)
+        text = f"{owner.at(ATOM)}[{at.text}]"
+        reads = not owner.kind.constant
+        return Code(text, kind, owner.range, reads=reads, whole=owner.whole, narrow=narrow, root=owner.root).effects_of(owner, at)
+
+    def hold_index(self, node: ast.Subscript) -> None:
+        """Evaluate the index of an element here, and once."""
+        owner = self.of(node.value)
+        if isinstance(owner.kind, Array):
+            if owner.writes:
+                self.scope.refuse(node, "write the call as a line of its own")
+            self.indexes[node] = self.scope.temporary(self.index(node, owner, self.of(node.slice)), "at")
 
     def index(self, node: ast.Subscript, owner: Code, at: Code) -> Code:
         """An index, tested unless its bounds are those of the array."""
@@ -154,7 +166,8 @@ class Expressions:
         assert isinstance(owner.kind, Struct)
         kind = owner.kind.items[number]
         found = TRUTH if kind == BOOLEAN else widest(kind == INTEGER)
-        return Code(f"{owner.text}.item{number}", kind, found, reads=owner.reads, writes=owner.writes)
+        kind, whole = (REAL, EXACT_INTEGERS) if kind == EITHER else (kind, None)
+        return Code(f"{owner.at(ATOM)}.item{number}", kind, found, reads=owner.reads, writes=owner.writes, whole=whole)
 
     def _binop(self, node: ast.BinOp) -> Code:
         return operators.binary(self.scope, node, node.op, self.number(node.left), self.number(node.right))
@@ -172,14 +185,14 @@ class Expressions:
         if kinds | {first.kind} == {BOOLEAN}:
             return self._both(node)
         for value in node.values[1:]:
-            held = first if first.text.isidentifier() else self._held(node, first)
+            held = first if first.text.isidentifier() else self.held_value(node, first)
             with self.scope.unordered():
                 other = self.number(value)
             yes, no = (other, held) if isinstance(node.op, ast.And) else (held, other)
             first = self._chosen(operators.truth(self.scope, node, held), yes, no)
         return first
 
-    def _held(self, node: ast.AST, code: Code) -> Code:
+    def held_value(self, node: ast.AST, code: Code) -> Code:
         if not self.scope.ordered and code.writes:
             self.scope.refuse(node, "write the call as a line of its own")
         return self.scope.temporary(code) if self.scope.ordered else code
@@ -197,7 +210,10 @@ class Expressions:
 
     def _chosen(self, test: Code, yes: Code, no: Code) -> Code:
         kind = joined(yes.kind, no.kind)
-        texts = [self.scope.as_kind(code, kind) if isinstance(kind, Struct) else code.at(OR) for code in (yes, no)]
+        if isinstance(kind, Struct) and any(code.kind != kind and (code.writes or "fault" in code.text) for code in (yes, no)):
+            raise Mismatch("a tuple of other types in each case; give them items of the same types")
+        texts = [self.scope.as_kind(code, kind) for code in (yes, no)]
+        texts = [code.at(OR) if text == code.text else text for code, text in zip((yes, no), texts, strict=True)]
         if kind == INTEGER and all(text.isidentifier() for text in texts):  # C++ warns of constants of two enums
             texts = [f"(int64_t){text}" for text in texts]
         root = yes.root if yes.root == no.root else ""
@@ -207,47 +223,13 @@ class Expressions:
             kind,
             union(yes.range, no.range),
             CHOICE,
-            whole=kind == REAL and (yes.maybe_integer or no.maybe_integer),
-            narrow=yes.narrow and no.narrow,
+            whole=integers_of([yes, no]) if kind == REAL else None,
+            narrow=kind == INTEGER and yes.is_int and no.is_int,
             root=root,
         ).effects_of(test, yes, no)
 
     def _compare(self, node: ast.Compare) -> Code:
-        left, tests = self.of(node.left), []
-        for i, (op, right) in enumerate(zip(node.ops, node.comparators, strict=True)):
-            if isinstance(op, ast.Is | ast.IsNot):
-                self.scope.refuse(node, "`is` compares Python's objects, numbers are compared with ==")
-            if isinstance(op, ast.In | ast.NotIn):
-                tests.append(self._among(node, left, right, isinstance(op, ast.NotIn)))
-                continue
-            if i == 0:
-                other = self.of(right)
-                left, other = self.scope.in_order(node, [left, other])
-            else:
-                with self.scope.unordered():
-                    other = self.of(right)
-            if i < len(node.ops) - 1 and not other.text.isidentifier() and other.range.constant is None:
-                other = self._held(node, other)
-            tests.append(operators.comparison(self.scope, node, op, left, other))
-            left = other
-        return tests[0] if len(tests) == 1 else operators.both(tests, False)
-
-    def _among(self, node: ast.AST, value: Code, among: ast.expr, negative: bool) -> Code:
-        """Whether a value is one of those of a tuple or a list."""
-        if not value.text.isidentifier():
-            value = self._held(node, value)
-        if isinstance(among, ast.Tuple | ast.List):
-            codes = [self.number(element) for element in among.elts]
-        else:
-            whole = self.of(among)
-            if not isinstance(whole.value, tuple):
-                self.scope.refuse(node, f"`in` looks into tuples of numbers; {ast.unparse(among)} is {whole.kind}")
-            codes = [code for code in map(self.scope.unit.constant, whole.value) if code is not None]
-        if not codes:
-            self.scope.refuse(node, f"{ast.unparse(among)} has no elements")
-        operator = ast.NotEq() if negative else ast.Eq()
-        tests = [operators.comparison(self.scope, node, operator, value, code) for code in codes]
-        return tests[0] if len(tests) == 1 else operators.both(tests, not negative)
+        return compare(self, node)
 
     def _tuple(self, node: ast.Tuple) -> Code:
         codes = self.scope.in_order(node, [self.of(element) for element in node.elts])
@@ -260,7 +242,7 @@ class Expressions:
         for code in codes:
             if code.kind in (NOTHING, RECORD) or isinstance(code.kind, Array | Callee):
                 self.scope.refuse(node, f"a tuple of {code.kind} does not compile; a kernel's tuples hold numbers")
-        kind = struct(tuple(code.kind for code in codes))
+        kind = struct(tuple(EITHER if code.whole is not None else code.kind for code in codes))
         self.scope.unit.use(kind)
         text = f"make_{kind.c.strip()}({', '.join(code.text for code in codes)})"
         return Code(text, kind).effects_of(*codes)
@@ -271,6 +253,9 @@ class Expressions:
     def inner(self, node: ast.Lambda | ast.FunctionDef) -> Code:
         """A function that is defined inside: it captures what it uses of the one around it."""
         scope = self.scope
+        for default in node.args.defaults:
+            if _number_written(default) is None:
+                scope.refuse(default, f"the default {ast.unparse(default)} of an inner function must be a number, written out")
         inside = own_names(node)
         used = [n.id for n in walked(node) if isinstance(n, ast.Name) and n.id in scope.own and n.id not in inside]
         captured, texts = [], []
@@ -292,10 +277,16 @@ class Expressions:
         self.scope.refuse(node, "* stands in calls of a kernel's functions alone")
 
 
-def _fixed_index(node: ast.expr) -> int | None:
-    """The number of an index that is written out."""
+def _number_written(node: ast.expr) -> float | None:
+    """A number that is written out."""
     try:
         value = ast.literal_eval(node)
     except ValueError:
         return None
+    return value if isinstance(value, int | float) else None
+
+
+def _fixed_index(node: ast.expr) -> int | None:
+    """The number of an index that is written out."""
+    value = _number_written(node)
     return value if isinstance(value, int) and not isinstance(value, bool) else None

@@ -21,7 +21,13 @@ class Kind:
         return {"double ": "a real number", "int64_t ": "an integer", "bool ": "a Boolean", "void ": "nothing"}.get(self.c, self.c)
 
 
+@dataclass(frozen=True)
+class Either(Kind):
+    """Of an item of a tuple: a real number in C that may be an integer in Python."""
+
+
 REAL, INTEGER, BOOLEAN, NOTHING, RECORD = Kind("double "), Kind("int64_t "), Kind("bool "), Kind("void "), Kind("Record *")
+EITHER = Either("double ")
 NUMBERS = (REAL, INTEGER, BOOLEAN)
 
 
@@ -86,12 +92,19 @@ def joined(a: Kind | None, b: Kind) -> Kind:
     if a in NUMBERS and b in NUMBERS:
         return REAL if REAL in (a, b) else INTEGER
     if isinstance(a, Struct) and isinstance(b, Struct) and len(a.items) == len(b.items):
-        return struct(tuple(joined(x, y) for x, y in zip(a.items, b.items, strict=True)))
-    if isinstance(a, Array) and isinstance(b, Array) and a.element == b.element:
+        return struct(tuple(_joined_items(x, y) for x, y in zip(a.items, b.items, strict=True)))
+    if isinstance(a, Array) and isinstance(b, Array) and (a.element, a.size) == (b.element, b.size):
         if a.constant or b.constant:
-            return array(a.element, min(a.size, b.size), True) if a.element == REAL else _different(a, b)
-        return array(a.element, min(a.size, b.size))
+            return array(a.element, a.size, True) if a.element == REAL else _different(a, b)
+        return array(a.element, a.size)
     return _different(a, b)
+
+
+def _joined_items(a: Kind, b: Kind) -> Kind:
+    """Of two tuples' items."""
+    if a != b and {a, b} <= {*NUMBERS, EITHER} and not {a, b} <= {INTEGER, BOOLEAN}:
+        return EITHER
+    return joined(a, b)
 
 
 def _different(a: Kind, b: Kind) -> Kind:

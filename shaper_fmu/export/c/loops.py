@@ -7,9 +7,9 @@ import ast
 from shaper_fmu.export.c import operators
 from shaper_fmu.export.c import ranges as r
 from shaper_fmu.export.c.assignments import Assignments
-from shaper_fmu.export.c.code import Code
-from shaper_fmu.export.c.kinds import BOOLEAN, INTEGER, NUMBERS, Array, Kind, Mismatch, Struct, joined
-from shaper_fmu.export.c.source import UNKNOWN, walked
+from shaper_fmu.export.c.code import Code, integers_of
+from shaper_fmu.export.c.kinds import BOOLEAN, INTEGER, NUMBERS, REAL, Array, Kind, Mismatch, Struct, joined
+from shaper_fmu.export.c.source import UNKNOWN, read_names, walked
 from shaper_fmu.export.c.unit import Known
 from shaper_fmu.export.c.writing import Block, Body, Line
 
@@ -32,8 +32,7 @@ class Loops(Assignments):
         """A loop's body, and what is done if no break has ended it."""
         flag = ""
         if s.orelse:
-            self.scope.temporaries += 1
-            flag = f"ended_{self.scope.temporaries}"
+            flag = self.scope.fresh("ended")
             self.scope.say(f"bool {flag} = true;")
         self.flags.append(flag)
         self.block(s.body, block)
@@ -77,7 +76,7 @@ class Loops(Assignments):
             scope.refuse(s, "the step of a range must not be 0")
         found = _span(begin.range, end.range, by)
         own = self._is_own_counter(s)
-        counter = scope.local(s.target.id) if own else self._fresh("n")
+        counter = scope.local(s.target.id) if own else self.scope.fresh("n")
         if by is None:
             length = scope.temporary(
                 Code(f"range_length({scope.fault()}, {begin.text}, {end.text}, {step.text}, {scope.where(s)})", INTEGER), "length"
@@ -109,21 +108,23 @@ class Loops(Assignments):
             self.store(s.target, code)
         self._loop(s, block)
 
-    def _fresh(self, base: str) -> str:
-        self.scope.temporaries += 1
-        return f"{base}_{self.scope.temporaries}"
-
     def _is_own_counter(self, s: ast.For) -> bool:
         """Whether a loop's name is set by `for` alone, and read inside of such loops alone: then it can count itself."""
         assert isinstance(s.target, ast.Name)
         name, inside = s.target.id, set()
+        for inner in walked(self.scope.scope):
+            if isinstance(inner, ast.FunctionDef | ast.Lambda) and inner is not self.scope.scope and name in read_names(inner):
+                return False  # it may be called after the loop
         for loop in walked(self.scope.scope):
             if isinstance(loop, ast.For) and isinstance(loop.target, ast.Name) and loop.target.id == name:
                 if not isinstance(loop.iter, ast.Call) or self.scope.names_value(loop.iter.func) is not range:
                     return False
                 if len(loop.iter.args) == 3 and not isinstance(loop.iter.args[2], ast.Constant | ast.UnaryOp):
                     return False
-                inside |= {id(n) for part in loop.body for n in walked(part)} | {id(loop.target)}
+                body = [n for part in loop.body for n in walked(part)]
+                if any(isinstance(n, ast.For) and isinstance(n.target, ast.Name) and n.target.id == name for n in body):
+                    return False
+                inside |= {id(n) for n in body} | {id(loop.target)}
         used = [n for n in walked(self.scope.scope) if isinstance(n, ast.Name) and n.id == name]
         stored = [n for n in used if not isinstance(n.ctx, ast.Load)]
         targets = {id(n.target) for n in walked(self.scope.scope) if isinstance(n, ast.For)}
@@ -134,6 +135,8 @@ class Loops(Assignments):
         """Whether a loop's end stays as it is while the body runs."""
         if end.range.constant is not None:
             return True
+        if any(isinstance(n, ast.Subscript) for n in walked(node)):
+            return False  # an element may be changed by another name of its array
         names = {n.id for n in walked(node) if isinstance(n, ast.Name)}
         changed = {n.id for part in s.body for n in walked(part) if isinstance(n, ast.Name) and not isinstance(n.ctx, ast.Load)}
         fields = {n.attr for n in walked(node) if isinstance(n, ast.Attribute)}
@@ -144,7 +147,7 @@ class Loops(Assignments):
         scope = self.scope
         wholes = [self._iterated(s, node) for node in nodes]
         size = min(whole.kind.size for whole in wholes if isinstance(whole.kind, Array))
-        counter = self._fresh("i")
+        counter = self.scope.fresh("i")
         block = Block(f"for (int64_t {counter} = 0; {counter} < {size}; {counter}++) {{")
         items = [self._element(whole, counter) for whole in wholes]
         if first is not None:
@@ -194,10 +197,10 @@ class Loops(Assignments):
             self.scope.refuse(s, f"for does not run over {kind}")
         self.scope.unit.use(kind)
         values = ", ".join(self.scope.as_kind(code, kind) for code in codes)
-        name = self._fresh("values")
+        name = self.scope.fresh("values")
         self.scope.say(f"const {kind.c}{name}[{len(codes)}] = {{{values}}};")
         table = Array(f"const {kind.c.strip()} *", kind, len(codes), True)
-        return Code(name, table, found or r.ANY)
+        return Code(name, table, found or r.ANY, whole=integers_of(codes) if kind == REAL else None)
 
 
 def _span(begin: r.Range, end: r.Range, by: float | None) -> r.Range:

@@ -20,8 +20,14 @@ _LIBRARY = """
     fma fmax fmin fmod frexp gamma hypot ilogb isfinite isgreater isinf isless isnan isnormal j0 j1 jn labs ldexp lgamma
     llrint llround log log10 log1p log2 logb lrint lround matherr modf nan nearbyint nextafter nexttoward pow pow10 remainder
     remquo rint round scalb scalbln scalbn signbit signgam significand sin sincos sinh sqrt tan tanh tgamma trunc y0 y1 yn
-    drem finite index time clock
+    drem finite index time clock isgreaterequal islessequal islessgreater issignaling issubnormal isunordered iszero
 """
+_MACROS = re.compile(
+    r"(NULL|NAN|SNAN\w?|EOF|I|HUGE\w*|MAXFLOAT|INFINITY|DOMAIN|SING|OVERFLOW|UNDERFLOW|PLOSS|TLOSS|X_TLOSS|CHECKED|NOT_EXPORTED"
+    r"|(FP|FLT|DBL|LDBL|M|MATH|INT\d*|UINT\d*|INTPTR|UINTPTR|INTMAX|UINTMAX|PTRDIFF|SIZE|SIG_ATOMIC|WCHAR|WINT|CHAR|SCHAR|SHRT|LONG|LLONG"
+    r"|FAULT|SHAPER_FMU)_\w*|INT\w*_[CX]|Fault|(make_)?Tuple\w*)"
+)
+"""Names that headers may define as macros, and the types of kernels."""
 _RUNTIME = re.findall(r"\b(\w+)\(", (Path(__file__).parent.parent / "native" / "kernel.h").read_text(encoding="utf-8"))
 
 RESERVED = frozenset(
@@ -35,7 +41,7 @@ def c_name(name: str) -> str:
     plain = "".join(c if c.isascii() else f"_u{ord(c):04x}" for c in name)
     plain = plain.lstrip("_") or "unused"
     plain = f"_{plain}" if plain[0].isdigit() else plain
-    return f"{plain}_" if plain in RESERVED or plain.startswith("FAULT_") else plain
+    return f"{plain}_" if plain in RESERVED or _MACROS.fullmatch(plain) else plain
 
 
 class Names:

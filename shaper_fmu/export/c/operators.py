@@ -57,24 +57,33 @@ def _arithmetic(scope: FunctionScope, node: ast.AST, op: ast.operator, a: Code, 
     found = _RANGES[type(op)](a.range, b.range)
     if real:
         text = f"{_real_operand(scope, node, a, level)} {symbol} {_real_operand(scope, node, b, level - 1)}"
-        return Code(text, REAL, found, level, whole=a.maybe_integer and b.maybe_integer)
+        return Code(text, REAL, found, level, whole=_whole_result(scope, node, op, a, b))
     if not r.fits(found):
         text = f"{_CHECKED[type(op)]}({scope.fault()}, {a.text}, {b.text}, {scope.where(node)})"
         return Code(text, INTEGER, r.clipped(found))
-    if found.constant is not None and a.text.lstrip("-").isdigit() and b.text.lstrip("-").isdigit():
+    if found.constant is not None and a.is_literal and b.is_literal:
         return scope.unit.constant(int(found.low)) or a
     narrow = r.fits(found, 32)  # then C's int is wide enough
-    left, right = (
-        (a.at(level), b.at(level - 1)) if narrow else (a.wide(level), b.at(level - 1) if not b.narrow else b.wide(level - 1))
-    )
-    return Code(f"{left} {symbol} {right}", INTEGER, found, level, narrow=a.narrow and b.narrow and narrow)
+    left, right = (code.at(at) if narrow or code.is_literal else code.wide(at) for code, at in ((a, level), (b, level - 1)))
+    return Code(f"{left} {symbol} {right}", INTEGER, found, level, narrow=a.is_int and b.is_int and narrow)
+
+
+def _whole_result(scope: FunctionScope, node: ast.AST, op: ast.operator, a: Code, b: Code) -> r.Range | None:
+    """Between which bounds a real result may be an integer in Python. Integers must be exact, and their zero has no sign."""
+    if a.integers is None or b.integers is None:
+        return None
+    found = _RANGES[type(op)](a.integers, b.integers)
+    signed = (a.integers.has_zero and b.integers.low < 0) or (b.integers.has_zero and a.integers.low < 0)
+    if not found.within(-r.EXACT, r.EXACT) or (isinstance(op, ast.Mult) and signed):
+        _only_real(scope, node, a, b)
+    return found
 
 
 def as_real(scope: FunctionScope, node: ast.AST, code: Code, level: int) -> str:
     """The text of a number as a real one, exactly."""
     if code.kind == REAL:
         return code.at(level)
-    if code.text.lstrip("-").isdigit():
+    if code.is_literal:
         text = f"{code.text}.0"
         return f"({text})" if code.level > level else text
     if code.range.within(-r.EXACT, r.EXACT):
@@ -121,7 +130,7 @@ def _floored(scope: FunctionScope, node: ast.AST, op: ast.operator, a: Code, b: 
     found = r.remainder(a.range, b.range, True) if remains else r.quotient(a.range, b.range)
     if a.range.low >= 0 and b.range.low > 0:
         return Code(
-            f"{a.at(PRODUCT)} {'%' if remains else '/'} {b.at(PRODUCT - 1)}", INTEGER, found, PRODUCT, narrow=a.narrow and b.narrow
+            f"{a.at(PRODUCT)} {'%' if remains else '/'} {b.at(PRODUCT - 1)}", INTEGER, found, PRODUCT, narrow=a.is_int and b.is_int
         )
     safe = not b.range.has_zero and not (a.range.low == r.WHOLE.low and b.range.low <= -1 <= b.range.high)
     name = "remainder" if remains else "quotient"
@@ -162,7 +171,7 @@ def _bits(op: ast.operator, a: Code, b: Code) -> Code:
         high = min(a.range.high, b.range.high) if symbol == "&" else 2**bits - 1
         found = r.Range(0, high)
     kind = BOOLEAN if both else INTEGER
-    return Code(f"{a.at(level)} {symbol} {b.at(level)}", kind, found, level, narrow=a.narrow and b.narrow)
+    return Code(f"{a.at(level)} {symbol} {b.at(level)}", kind, found, level, narrow=a.is_int and b.is_int)
 
 
 def unary(scope: FunctionScope, node: ast.UnaryOp, a: Code) -> Code:
@@ -171,20 +180,26 @@ def unary(scope: FunctionScope, node: ast.UnaryOp, a: Code) -> Code:
         return negation(scope, node, a)
     numbers(scope, node, a)
     if isinstance(node.op, ast.UAdd):
-        return a._replace(kind=INTEGER if a.kind == BOOLEAN else a.kind)
+        return as_integer(a) if a.kind == BOOLEAN else a
     if isinstance(node.op, ast.Invert):
         if a.kind == REAL:
             scope.refuse(node, "~ is not for real numbers")
         return Code(f"~{a.wide(UNARY)}", INTEGER, r.Range(-a.range.high - 1, -a.range.low - 1), UNARY).effects_of(a)
     found = r.negated(a.range)
-    if a.kind == REAL and a.whole and a.range.has_zero:
+    if a.whole is not None and a.whole.has_zero:
         _only_real(scope, node, a)
     if a.kind != REAL and not r.fits(found):
         return Code(f"checked_negative({scope.fault()}, {a.text}, {scope.where(node)})", INTEGER, r.clipped(found)).effects_of(a)
     inner = a.at(UNARY) if a.kind == REAL or r.fits(found, 32) else a.wide(UNARY)
     text = f"-({inner})" if inner.startswith("-") else f"-{inner}"
-    narrow = a.narrow and r.fits(found, 32)
-    return Code(text, REAL if a.kind == REAL else INTEGER, found, UNARY, narrow=narrow).effects_of(a)
+    whole = r.negated(a.whole) if a.whole is not None else None
+    narrow = a.kind != REAL and a.is_int and r.fits(found, 32)
+    return Code(text, REAL if a.kind == REAL else INTEGER, found, UNARY, whole=whole, narrow=narrow).effects_of(a)
+
+
+def as_integer(a: Code) -> Code:
+    """A Boolean as a number."""
+    return a._replace(kind=INTEGER, narrow=a.is_int)
 
 
 def truth(scope: FunctionScope, node: ast.AST, a: Code) -> Code:
@@ -210,8 +225,9 @@ def comparison(scope: FunctionScope, node: ast.AST, op: ast.cmpop, a: Code, b: C
     if REAL in (a.kind, b.kind) and a.kind != b.kind:
         whole = a if a.kind != REAL else b
         if not whole.range.within(-r.EXACT, r.EXACT):
-            checked = Code(f"exact_real({scope.fault()}, {whole.text}, {scope.where(node)})", REAL, whole.range).effects_of(whole)
-            a, b = (checked, b) if whole is a else (a, checked)
+            other, zero = (b if whole is a else a), Code("0.0", REAL)
+            compared = Code(f"compared({whole.text}, {other.text})", REAL).effects_of(a, b)
+            a, b = (compared, zero) if whole is a else (zero, compared)
     return Code(f"{a.at(tight)} {symbol} {b.at(tight)}", BOOLEAN, r.TRUTH, level).effects_of(a, b)
 
 

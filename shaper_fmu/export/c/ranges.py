@@ -37,6 +37,7 @@ WHOLE = Range(-(2**63), INT64)
 WHOLE32 = Range(-(2**31), INT32)
 ANY = Range(-math.inf, math.inf)
 TRUTH = Range(0, 1)
+EXACT_INTEGERS = Range(-EXACT, EXACT)
 
 
 def widest(integer: bool) -> Range:
@@ -52,12 +53,14 @@ def fits(found: Range, bits: int = 64) -> bool:
 
 
 def clipped(found: Range) -> Range:
-    """The range of an integer that has been tested for 64 bits."""
-    return (
-        Range(max(found.low, WHOLE.low), min(found.high, WHOLE.high))
-        if found.low <= WHOLE.high and found.high >= WHOLE.low
-        else WHOLE
-    )
+    """The range of an integer that has been tested: it fits into 64 bits, or it is 0 after a fault."""
+    inside = found.low <= WHOLE.high and found.high >= WHOLE.low
+    return union(Range(0, 0), Range(max(found.low, WHOLE.low), min(found.high, WHOLE.high))) if inside else WHOLE
+
+
+def clipped_exactly(found: Range) -> Range:
+    """The range of an integer that has been tested when it became a real number."""
+    return Range(min(max(found.low, -EXACT), EXACT), max(min(found.high, EXACT), -EXACT))
 
 
 def _corners(a: Range, b: Range, operation: Callable[[float, float], float]) -> Range:

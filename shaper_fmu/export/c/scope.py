@@ -35,6 +35,9 @@ class FunctionScope:
         """Variables that lines set, and that must be declared."""
         self.roots: dict[str, str] = {}
         """Local names of arrays and records: the parameter that each is reached by."""
+        captured = [f"{name}.{one}" for name, kind in function.parameters if isinstance(kind, Callee) for one, _ in kind.captured]
+        for name in [*dict(function.parameters), *sorted(self.own), *captured]:
+            self.local(name)  # before any other name is made
 
     def refuse(self, node: ast.AST, words: str) -> NoReturn:
         raise Refused(self.home.__code__.co_filename, getattr(node, "lineno", self.scope.lineno), words)
@@ -91,7 +94,7 @@ class FunctionScope:
         captured = ()
         if isinstance(kind, Callee):  # what it captures was passed along with it, or is a variable here
             passed = self._is_parameter(node.id)
-            captured = tuple(f"{c}_{name}" if passed else self.local(name) for name, _ in kind.captured)
+            captured = tuple(self.local(f"{node.id}.{name}" if passed else name) for name, _ in kind.captured)
         return Code(
             c,
             kind,
@@ -108,7 +111,22 @@ class FunctionScope:
         return name if self._is_parameter(name) else self.roots.get(name, name)
 
     def local(self, name: str) -> str:
-        c = c_name(name)
+        """The name in C of a variable of the function, which is no other's."""
+        known = self.function.locals
+        if name not in known:
+            c = c_name(name.replace(".", "_"))
+            while c in known.values():
+                c += "_"
+            known[name] = c
+        self.unit.mark(self.unit.locals, known[name])
+        return known[name]
+
+    def fresh(self, base: str) -> str:
+        """A name in C for something that Python has no name for."""
+        self.temporaries += 1
+        c = f"{base}_{self.temporaries}"
+        while c in self.function.locals.values():
+            c += "_"
         self.unit.mark(self.unit.locals, c)
         return c
 
@@ -144,17 +162,14 @@ class FunctionScope:
         """The value kept in a variable of its own, at this place."""
         if isinstance(code.kind, Callee) or code.kind in (NOTHING, RECORD):
             return code
-        self.temporaries += 1
-        c = f"{name}_{self.temporaries}"
-        while c in self.own:
-            c += "_"
+        c = self.fresh(name)
         self.unit.use(code.kind)
         self.say(f"{'' if isinstance(code.kind, Array) else 'const '}{code.kind.c}{c} = {code.text};", c)
         return code._replace(text=c, level=0, reads=False, writes=False, narrow=False)
 
     def as_kind(self, code: Code, kind: Kind, node: ast.AST | None = None) -> str:
         """The text of a value as one of another kind that holds it."""
-        if kind == REAL and code.is_integer and not code.range.within(-EXACT, EXACT):
+        if kind.c == REAL.c and code.is_integer and not code.range.within(-EXACT, EXACT):
             return f"exact_real({self.fault()}, {code.text}, {self.where(node or self.scope)})"
         if isinstance(kind, Struct):
             self.unit.use(kind)
@@ -165,7 +180,8 @@ class FunctionScope:
                 )
             if code.kind != kind and isinstance(code.kind, Struct):
                 held = code if code.text.isidentifier() else self.temporary(code, "pair")
-                parts = [f"{held.text}.item{i}" for i in range(len(kind.items))]
+                items = [Code(f"{held.text}.item{i}", of, widest(of == INTEGER)) for i, of in enumerate(code.kind.items)]
+                parts = [self.as_kind(item, to, node) for item, to in zip(items, kind.items, strict=True)]
                 return f"make_{kind.c.strip()}({', '.join(parts)})"
         return code.text
 

@@ -23,7 +23,7 @@ class Statements(Loops):
 
     def _expr(self, s: ast.Expr) -> None:
         code = self.e.of(s.value)
-        if code.writes or isinstance(s.value, ast.Call):
+        if code.writes or "fault" in code.text or isinstance(s.value, ast.Call):
             self.scope.say(f"{code.text};" if code.kind == NOTHING else f"(void){code.at(1)};")
 
     def _return(self, s: ast.Return) -> None:
@@ -45,6 +45,8 @@ class Statements(Loops):
 
     def _functiondef(self, s: ast.FunctionDef) -> None:
         self.commented: int = max(self.commented, s.end_lineno or 0)
+        if s.decorator_list:
+            self.scope.refuse(s.decorator_list[0], "a decorator of an inner function does not compile; call what it does")
         self.scope.bind(s, s.name, self.e.inner(s))
 
     def _if(self, s: ast.If, joins: bool = False) -> None:

@@ -13,12 +13,12 @@ from shaper_fmu.export.c.calls import Calls, parameters_of
 from shaper_fmu.export.c.code import Code
 from shaper_fmu.export.c.expressions import Expressions
 from shaper_fmu.export.c.kinds import INTEGER, NOTHING, NUMBERS, REAL, RECORD, Array, Callee, Kind, Mismatch
-from shaper_fmu.export.c.names import c_name
-from shaper_fmu.export.c.ranges import widest
+from shaper_fmu.export.c.ranges import fits, widest
 from shaper_fmu.export.c.scope import FunctionScope
 from shaper_fmu.export.c.source import Finding, definition, outside_names, parsed_file, walked
 from shaper_fmu.export.c.statements import Statements
-from shaper_fmu.export.c.unit import Function, Known, Refused, Unit, file_label, unit_text
+from shaper_fmu.export.c.texts import unit_text
+from shaper_fmu.export.c.unit import Function, Known, Refused, Unit, file_label
 from shaper_fmu.export.c.writing import comment, declare, without_unused, wrapped, written
 
 KERNELS: dict[str, tuple[str, ...]] = {"start": (), "step": ("t", "h")}
@@ -52,7 +52,13 @@ def _entry(unit: Unit, kernel: str) -> str:
     arguments = ["(Record *)record", *KERNELS[kernel], *(["fault"] if state.faults else [])]
     call = f"{state.name}({', '.join(arguments)})"
     lines = [] if state.faults else ["(void)fault;"]
-    lines += [f"{call};", "return 0;"] if state.result.kind in (None, NOTHING) else [f"return (int){call};"]
+    found = Code(call, state.result.kind or NOTHING, state.result.range or widest(True))
+    if found.kind == NOTHING:
+        lines += [f"{call};", "return 0;"]
+    elif fits(found.range, 32):
+        lines += [f"return (int){call};"]
+    else:
+        lines = [f'return (int)integer32(fault, {call}, "status", "{kernel}");']
     reals = "".join(f"double {name}, " for name in KERNELS[kernel])
     return "\n".join([f"int kernel_{kernel}(void *record, {reals}Fault *fault) {{", *[f"    {line}" for line in lines], "}"])
 
@@ -95,7 +101,7 @@ def _translate(unit: Unit, state: Function, callee: Callee, key: Any) -> None:
     scope.own |= {name for name, _ in callee.captured}
     if node.args.vararg or node.args.kwarg or node.args.kwonlyargs:
         scope.refuse(node, f"{callee.name}: write all arguments as ordinary ones")
-    if callee.node is None and unit.number == 1:
+    if unit.number == 1:
         check_assigned(node, scope.refuse)
     expressions = Expressions(scope, Calls(lambda target, codes, at: _call(unit, scope, target, codes, at)))
     statements = Statements(scope, expressions, parsed_file(home))
@@ -155,7 +161,7 @@ def _finish(unit: Unit, scope: FunctionScope, callee: Callee, key: Any, statemen
         return
     without_unused(scope.lines)
     for name, known in state.variables.items():
-        c = c_name(name)
+        c = scope.local(name)
         if c in scope.set_names and known.kind is not None and name not in dict(state.parameters):
             declare(scope.lines, c, known.kind.c, _zero(known.kind))
     arguments, unused = _arguments(state, scope)
@@ -188,11 +194,11 @@ def _arguments(state: Function, scope: FunctionScope) -> tuple[list[str], list[s
     said: list[str] = []
     names: list[str] = []
     for name, kind in state.parameters:
-        c = c_name(name)
+        c = scope.local(name)
         if isinstance(kind, Callee):
             for captured, captured_kind in kind.captured:
-                said.append(f"{_passed(captured_kind, True)}{c}_{captured}")
-                names.append(f"{c}_{captured}")
+                names.append(scope.local(f"{name}.{captured}"))
+                said.append(f"{_passed(captured_kind, True)}{names[-1]}")
             continue
         said.append(f"{_passed(state.variables[name].kind if kind in NUMBERS else kind, name in state.written)}{c}")
         names.append(c)

@@ -10,14 +10,13 @@ from __future__ import annotations
 import enum
 import math
 import sys
-import textwrap
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FunctionType
 from typing import Any
 
 from shaper_fmu.component import Component
-from shaper_fmu.export.c.code import UNARY, Code
+from shaper_fmu.export.c.code import UNARY, Code, integers_of
 from shaper_fmu.export.c.kinds import (
     BOOLEAN,
     INTEGER,
@@ -34,8 +33,7 @@ from shaper_fmu.export.c.kinds import (
     struct,
 )
 from shaper_fmu.export.c.names import Names, c_name
-from shaper_fmu.export.c.ranges import ANY, INT32, TRUTH, WHOLE32, Range, union, widest
-from shaper_fmu.export.c.writing import comment
+from shaper_fmu.export.c.ranges import ANY, EXACT_INTEGERS, INT32, TRUTH, WHOLE32, Range, clipped_exactly, union, widest
 
 _PASSES = 30
 _GROWING = 6
@@ -58,7 +56,8 @@ class Known:
 
     kind: Kind | None = None
     range: Range | None = None
-    whole: bool = False
+    whole: Range | None = None
+    """Of a real number that may be an integer in Python: its bounds then."""
 
 
 @dataclass
@@ -72,6 +71,8 @@ class Function:
     faults: bool = False
     reads: bool = False
     writes: bool = False
+    locals: dict[str, str] = field(default_factory=dict)
+    """Names in C of its variables, and of what its parameters that are functions capture ("parameter.captured")."""
     written: set[str] = field(default_factory=set)
     """Parameters through which memory is written."""
     text: str = ""
@@ -90,7 +91,7 @@ class Function:
     def knows(self, unit: Unit) -> tuple[Any, ...]:
         """What a translation of its body depends on, beside what the functions that it calls tell."""
         own = [(name, known.kind, known.range, known.whole) for name, known in self.variables.items()]
-        return *own, *self.tells(), len(unit.stored), len(unit.whole)
+        return *own, *self.tells(), len(unit.stored), *sorted(unit.whole.items())
 
     def is_settled(self, unit: Unit) -> bool:
         """Whether another translation would find out nothing new, about it and what it calls."""
@@ -113,8 +114,8 @@ class Unit:
         self.locals: set[str] = set()
         self.stored: set[str] = set()
         """Variables of the record that a kernel changes: their declared bounds do not hold while it runs."""
-        self.whole: set[str] = set()
-        """Real variables of the record that a kernel sets to integers."""
+        self.whole: dict[str, Range] = {}
+        """Real variables of the record that a kernel sets to integers, and between which bounds these lie."""
         self.number: int = 0
         self.changed: bool = True
         self.final: bool = False
@@ -136,7 +137,14 @@ class Unit:
         """Take in another value of a variable, an argument or a result. Raises Mismatch."""
         both = joined(known.kind, code.kind)
         grown = union(known.range, code.range)
-        whole = known.whole or (both == REAL and (code.maybe_integer or known.kind not in (None, REAL)))
+        whole = known.whole
+        if both == REAL:  # an integer is tested when it becomes a real number, see FunctionScope.as_kind
+            before = [Code("", known.kind, known.range or ANY, whole=known.whole)] if known.kind is not None else []
+            whole = integers_of([*before, code])
+        elif code.whole is not None:  # an array of such
+            whole = union(whole, code.whole)
+        if whole != known.whole and self.number > _GROWING and known.whole is not None:
+            whole = EXACT_INTEGERS
         if grown != known.range and self.number > _GROWING and known.range is not None:
             grown = widest(both in (INTEGER, BOOLEAN))
         if both == BOOLEAN:
@@ -148,6 +156,14 @@ class Unit:
     def mark(self, found: set[str], name: str) -> None:
         if name not in found:
             found.add(name)
+            self.changed = True
+
+    def becomes_whole(self, name: str, integers: Range) -> None:
+        """A real variable of the record is set to integers within these bounds."""
+        known = self.whole.get(name)
+        found = union(known, clipped_exactly(integers))
+        if found != known:
+            self.whole[name] = EXACT_INTEGERS if known is not None and self.number > _GROWING else found
             self.changed = True
 
     def flag(self, function: Function, name: str) -> None:
@@ -162,8 +178,8 @@ class Unit:
         text = f"{record.text}->{field_name(name)}"
         found = self._bounds(name, kind)
         if v.size is None:
-            return Code(text, kind, found, reads=True, whole=name in self.whole, narrow=kind != REAL, root=record.root)
-        return Code(text, array(kind, v.size), found, reads=True, whole=name in self.whole, root=record.root, field=name)
+            return Code(text, kind, found, reads=True, whole=self.whole.get(name), narrow=kind != REAL, root=record.root)
+        return Code(text, array(kind, v.size), found, reads=True, whole=self.whole.get(name), root=record.root, field=name)
 
     def _bounds(self, name: str, kind: Kind) -> Range:
         v = self.component.variables[name]
@@ -217,9 +233,10 @@ class Unit:
             return self._number(int(item), "")
         kind = type(item)
         c = self.names.given(kind.__name__, kind, self.locals)
-        items = ", ".join(f"{c}_{other.name} = {int(other)}" for other in kind)
+        named = {other: self.names.given(f"{c}_{other.name}", (kind, other), self.locals) for other in kind}
+        items = ", ".join(f"{text} = {int(other)}" for other, text in named.items())
         self.constants[c] = f"enum {c} {{ {items} }};"
-        return Code(f"{c}_{item.name}", INTEGER, Range(int(item), int(item)), narrow=True)
+        return Code(named[item], INTEGER, Range(int(item), int(item)), narrow=True)
 
     def _table(self, value: tuple[Any, ...], name: str) -> Code | None:
         """A tuple of constants: a table, where all are of one kind."""
@@ -244,7 +261,7 @@ class Unit:
         kind = array(element, len(value), True)
         rows = ", ".join(self.initial(code) for code in found)
         self.constants[c] = f"static {kind.c.removesuffix('*').strip()} {c}[{len(value)}] = {{{rows}}};"
-        return Code(c, kind, ranges or ANY, value=value)
+        return Code(c, kind, ranges or ANY, whole=integers_of(found) if element == REAL else None, value=value)
 
     def initial(self, code: Code) -> str:
         """A constant in an initializer, which cannot name other constants."""
@@ -272,44 +289,6 @@ def number_text(value: float) -> str:
         text = "NAN" if value != value else "INFINITY" if abs(value) == float("inf") else repr(abs(value))
         return f"-{text}" if value < 0.0 or str(value).startswith("-") else text
     return str(int(value))
-
-
-def struct_text(kind: Struct) -> str:
-    """The definition of a struct, and the function that makes one."""
-    name = kind.c.strip()
-    members = " ".join(f"{item.c}item{i};" for i, item in enumerate(kind.items))
-    arguments = ", ".join(f"{item.c}item{i}" for i, item in enumerate(kind.items))
-    sets = " ".join(f"made.item{i} = item{i};" for i in range(len(kind.items)))
-    make = [f"static inline {name} make_{name}({arguments}) {{", f"    {name} made;", f"    {sets}", "    return made;", "}"]
-    return "\n".join([f"typedef struct {{ {members} }} {name};", "", *make])
-
-
-def record_text(component: type[Component]) -> str:
-    """The struct of the record: real numbers as doubles, all others with 32 bits, in the order of their declaration."""
-    lines = []
-    for v in component.variables.values():
-        size = f"[{v.size}]" if v.size else ""
-        unit = f" [{v.unit}]" if v.unit else ""
-        said = f"{v.causality}: {v.description}{unit}".replace("*/", "* /") if v.causality != "state" else "state"
-        lines.append(f"    {'double' if v.code == 'd' else 'int32_t'} {field_name(v.name)}{size}; /* {said} */")
-    return "typedef struct {\n" + "\n".join(lines) + "\n} Record;"
-
-
-def unit_text(unit: Unit, entries: str) -> str:
-    """The whole file."""
-    component = unit.component
-    head = comment(f"The kernels of {component.__name__}, translated from Python; do not change them here.")
-    parts = ["\n".join([*head, "", '#include "kernel.h"', '#include "record.h"'])]
-    if unit.structs:
-        parts += [struct_text(kind) for kind in unit.structs.values()]
-    if unit.constants:
-        parts.append("\n".join("\n".join(_folded(text)) for text in unit.constants.values()))
-    parts += [function.text for function in unit.order]
-    return "\n\n".join([*parts, entries]) + "\n"
-
-
-def _folded(text: str) -> list[str]:
-    return textwrap.wrap(text, 110, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False)
 
 
 def file_label(name: str) -> str:

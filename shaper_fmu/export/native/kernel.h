@@ -164,6 +164,15 @@ static inline double exact_real(Fault *fault, int64_t n, const char *where) {
     return (double)n;
 }
 
+/* Less than, equal to or greater than 0, as an integer is to a real number; NaN if that is NaN. */
+static inline double compared(int64_t n, double x) {
+    int64_t whole;
+    if (!((double)n == x)) return isnan(x) ? x : (double)n < x ? -1.0 : 1.0;
+    if (x >= 9223372036854775808.0) return -1.0;
+    whole = (int64_t)x; /* x has no fraction: it is as large as the rounded n */
+    return n < whole ? -1.0 : n > whole ? 1.0 : 0.0;
+}
+
 static inline int64_t smaller_integer(int64_t a, int64_t b) { return b < a ? b : a; }
 static inline int64_t larger_integer(int64_t a, int64_t b) { return b > a ? b : a; }
 
@@ -205,13 +214,19 @@ static inline double checked_real_quotient(Fault *fault, double a, double b, con
 /* a ** b */
 static inline double real_power(Fault *fault, double a, double b, const char *where) {
     double power = pow(a, b);
-    if (a == 0.0 && b < 0.0)
+    if (a == 0.0 && b < 0.0 && isfinite(b))
         set_fault(fault, FAULT_ZERO, "", b, 0.0, where);
     else if (isnan(power) && !isnan(a) && !isnan(b))
         set_fault(fault, FAULT_COMPLEX, "", a, 0.0, where);
     else if (isinf(power) && isfinite(a) && isfinite(b))
         set_fault(fault, FAULT_RANGE, "**", a, 0.0, where);
     return power;
+}
+
+/* An element that a number is looked for among; in Python the same NaN is found there, another one is not. */
+static inline double no_nan(Fault *fault, double sought, double element, const char *where) {
+    if (isnan(sought) && isnan(element)) set_fault(fault, "NaN is looked for among values", "", sought, 0.0, where);
+    return element;
 }
 
 /* What a function of the mathematics library has found for x. NaN and infinity are no answers to a finite number. */
@@ -258,12 +273,8 @@ static inline double checked_fmod(Fault *fault, double x, double y, const char *
 }
 
 static inline double checked_pow(Fault *fault, double x, double y, const char *where) {
-    if (x == 0.0 && y < 0.0) set_fault(fault, FAULT_DOMAIN, "pow", y, 0.0, where);
+    if (x == 0.0 && y < 0.0 && isfinite(y)) set_fault(fault, FAULT_DOMAIN, "pow", y, 0.0, where);
     return answer2(fault, pow(x, y), x, y, "pow", where);
-}
-
-static inline double checked_hypot(Fault *fault, double x, double y, const char *where) {
-    return answer2(fault, hypot(x, y), x, y, "hypot", where);
 }
 
 /* How often a loop runs over range(begin, end, step). */

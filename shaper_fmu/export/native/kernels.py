@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from shaper_fmu.component import Component
+from shaper_fmu.export.c.texts import record_text
 from shaper_fmu.export.c.translate import translated
-from shaper_fmu.export.c.unit import record_text
 from shaper_fmu.export.kernel_source import check_kernels
 
 _GUARD = "SHAPER_FMU_RECORD_H"
