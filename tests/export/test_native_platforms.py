@@ -20,8 +20,10 @@ from native_host import binary_of, complete_fmu, host_program, signatures, token
 from trial_runs import FOR_ITEM, PARAMETERS, STEP, stimuli
 
 from shaper_fmu.component import NO_EVENT
+from shaper_fmu.export.native.backend import build_native_fmu
 from shaper_fmu.export.native.toolchain import PLATFORMS
-from shaper_fmu.registry import components
+from shaper_fmu.export.native.windows import IMPORTS
+from shaper_fmu.registry import components, load_components
 
 every_component = pytest.mark.parametrize("name", components())
 both_versions = pytest.mark.parametrize("fmi", [2, 3])
@@ -257,8 +259,8 @@ ASKED = {
     "x86_64-linux": r"lib[cm]\.so\.6",
     "aarch64-linux": r"lib[cm]\.so\.6",
     "i686-linux": r"lib[cm]\.so\.6",
-    "i686-windows": r"KERNEL32\.dll|api-ms-win-crt-[a-z]+-l1-1-0\.dll",
-    "x86_64-windows": r"KERNEL32\.dll|api-ms-win-crt-[a-z]+-l1-1-0\.dll",
+    "i686-windows": r"api-ms-win-crt-[a-z]+-l1-1-0\.dll",
+    "x86_64-windows": r"api-ms-win-crt-[a-z]+-l1-1-0\.dll",
     "x86_64-darwin": r"/usr/lib/libSystem\.B\.dylib",
     "aarch64-darwin": r"/usr/lib/libSystem\.B\.dylib",
 }
@@ -275,6 +277,37 @@ def test_a_library_asks_for_the_c_library_alone_and_offers_fmi_alone(name, fmi, 
     if platform.endswith("linux"):
         versions = [tuple(map(int, re.findall(r"\d+", found.partition("@GLIBC_")[2]))) for found in asked]
         assert all((2, 0) <= version <= (2, 17) for version in versions), asked
+    if platform.endswith("windows"):  # what is not among them takes minutes to link
+        assert asked <= set(" ".join(IMPORTS.values()).split())
+
+
+LOGARITHMIC = '''\
+"""A component of a user's that needs more of the C library than those of the package."""
+
+import math
+
+from shaper_fmu.component import Component, Input, Output
+
+
+class Logarithmic(Component):
+    """Logarithm of the gamma function."""
+
+    x = Input("", "argument, above 0")
+    y = Output("", "logarithm of the gamma function of 1 + |x|")
+
+    def step(self, t, h):
+        self.y = math.lgamma(1.0 + abs(self.x))
+'''
+
+
+def test_what_the_short_way_to_windows_lacks_is_linked_from_the_whole_library(tmp_path):
+    """lgamma is in none of the parts: MinGW-w64's own is linked, as it has always been."""
+    file = tmp_path / "logarithmic.py"
+    file.write_text(LOGARITHMIC)
+    (component,) = load_components(file)
+    libraries, asked, _ = symbols(binary_of(build_native_fmu(component, tmp_path, 3, ["x86_64-windows"]), "x86_64-windows"))
+    assert "KERNEL32.dll" in libraries
+    assert "lgamma" not in asked
 
 
 @every_component

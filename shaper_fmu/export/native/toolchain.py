@@ -8,6 +8,7 @@ import importlib.util
 import platform
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -36,13 +37,18 @@ class Platform:
     usual: bool = True
 
     @property
+    def is_windows(self) -> bool:
+        """Whether it is a Windows."""
+        return self.suffix == ".dll"
+
+    @property
     def has_all_arithmetic(self) -> bool:
         """Whether C is machine instructions and the system's libraries alone.
 
         Then nothing is needed of ziglang's own library for compilers, which it compiles at its first use, for seconds. Integers of
         64 bits need it on a processor of 32 bits; mathematics on Windows.
         """
-        return self.suffix != ".dll" and not self.target.startswith("x86-")
+        return not self.is_windows and not self.target.startswith("x86-")
 
 
 PLATFORMS = {
@@ -125,15 +131,27 @@ def toolchain_version() -> str:
         raise BuildError("native FMUs are compiled by ziglang, which is not installed: pip install 'shaper-fmu[native]'") from None
 
 
-def build_library(sources: list[Path], target: Path, built_for: Platform, includes: list[Path]) -> None:
-    """Compile C files, and link them to a shared library. Raises BuildError with the compiler's words."""
-    _link([*map(str, sources), *_FLAGS, *[f"-I{folder}" for folder in includes]], target, built_for)
+def build_library(
+    sources: list[Path], target: Path, built_for: Platform, includes: list[Path], runtime: Sequence[Path] = ()
+) -> None:
+    """Compile C files, and link them to a shared library. Raises BuildError with the compiler's words.
+
+    `runtime`: objects and libraries that are tried in place of the platform's C library, which ziglang compiles at its first
+    use, for minutes on Windows; where they do not have all that is needed, that one is linked.
+    """
+    _link([*map(str, sources), *_FLAGS, *[f"-I{folder}" for folder in includes]], target, built_for, [*map(str, runtime)])
 
 
 def compile_object(source: Path, target: Path, built_for: Platform, includes: list[Path]) -> None:
     """Compile a C file to an object of a shared library. Raises BuildError with the compiler's words."""
-    position = [] if built_for.suffix == ".dll" else ["-fPIC"]
+    position = [] if built_for.is_windows else ["-fPIC"]
     _compile(["-c", str(source), *_FLAGS, *position, *[f"-I{folder}" for folder in includes]], target, built_for)
+
+
+def import_library(definition: Path, target: Path, built_for: Platform) -> None:
+    """Make the import library of a module definition, for a Windows. Raises BuildError with the tool's words."""
+    machine = "i386" if built_for.target.startswith("x86-") else "i386:x86-64"
+    _run(["dlltool", "-m", machine, "-d", definition.name, "-l", target.name], target, built_for)
 
 
 def build_module(sources: list[Path], target: Path, includes: list[Path]) -> None:
@@ -141,14 +159,17 @@ def build_module(sources: list[Path], target: Path, includes: list[Path]) -> Non
     _compile([*map(str, sources), *_FLAGS, *_LINK_MODULE, *[f"-I{folder}" for folder in includes]], target, WASM32)
 
 
-def _link(arguments: list[str], target: Path, built_for: Platform) -> None:
+def _link(arguments: list[str], target: Path, built_for: Platform, runtime: list[str]) -> None:
     flags = [*arguments, *_LINK]
     if built_for.suffix == ".dylib":
         flags.append(f"-Wl,-install_name,@rpath/{target.name}")
     else:
         flags.append("-Wl,--gc-sections")
-    if built_for.suffix != ".dll":
+    if not built_for.is_windows:
         flags.append("-lm")
+    if runtime:
+        with contextlib.suppress(BuildError):
+            return _compile([*flags, *runtime, "-nostdlib", "-rtlib=compiler-rt"], target, built_for)
     if built_for.has_all_arithmetic:
         lean = ["-nostdlib", "-lc", *(["-Wl,-z,defs"] if built_for.suffix == ".so" else [])]
         with contextlib.suppress(BuildError):
@@ -157,10 +178,13 @@ def _link(arguments: list[str], target: Path, built_for: Platform) -> None:
 
 
 def _compile(arguments: list[str], target: Path, built_for: Platform) -> None:
-    toolchain_version()
     # where the compiler runs, its output's name is relative: no path of this machine gets into the library
-    command = [*_zig(), "cc", "-target", built_for.target, "-o", target.name, *arguments]
-    done = subprocess.run(command, cwd=target.parent, capture_output=True, text=True, check=False)
+    _run(["cc", "-target", built_for.target, "-o", target.name, *arguments], target, built_for)
+
+
+def _run(command: list[str], target: Path, built_for: Platform) -> None:
+    toolchain_version()
+    done = subprocess.run([*_zig(), *command], cwd=target.parent, capture_output=True, text=True, check=False)
     if done.returncode:
         raise BuildError(f"compiling for {built_for.name} failed:\n{done.stderr.strip()[-3000:]}")
 
