@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import enum
-import json
+import math
 from pathlib import Path
 from typing import Any
 
 from shaper_fmu.archives import write_file
 from shaper_fmu.component import Component, Variable
+from shaper_fmu.errors import BuildError
+from shaper_fmu.export.c.code import literal
+from shaper_fmu.export.c.names import ascii_name, c_name
 from shaper_fmu.export.c.texts import record_text
 from shaper_fmu.export.c.unit import field_name
+from shaper_fmu.export.c.writing import inside_comment
 from shaper_fmu.export.description_parts import summary
 from shaper_fmu.export.native.kernels import component_files
 from shaper_fmu.export.packing import check_component
@@ -134,6 +138,9 @@ int main(void) {{
 def write_c(component: type[Component], folder: Path) -> list[Path]:
     """Write <component>.h and .c, an example and kernel.h into the folder, and return their paths. Raises BuildError."""
     check_component(component)
+    name = component.__name__
+    if c_name(name) != name:
+        raise BuildError(f"{name}: C, its library or kernel.h has this name itself; give the component another one")
     texts = {**plain_c(component), "kernel.h": KERNEL_H.read_text(encoding="utf-8")}
     return [write_file(folder / name, text.encode()) for name, text in texts.items()]
 
@@ -146,12 +153,13 @@ def plain_c(component: type[Component]) -> dict[str, str]:
     for header in ('#include "kernel.h"\n', '#include "record.h"\n'):
         kernels = kernels.replace(header, "", 1)
     words: dict[str, Any] = {
-        "name": name, "summary": summary(component), "guard": f"SHAPER_FMU_{name.upper()}_H", "kernels": kernels.strip() + "\n",
+        "name": name, "summary": inside_comment(summary(component)),
+        "guard": f"SHAPER_FMU_{name.upper()}_H", "kernels": kernels.strip() + "\n",
         "record": record_text(component).replace("} Record;", f"}} {name};"), "items": _items(component), "size": _size(variables),
-        "starts": "".join(f"    {line}\n" for v in variables for line in _starts(v)),
-        "inputs": _checks(name, [v for v in variables if v.causality == "input"]),
-        "parameters": _checks(name, [v for v in variables if v.causality == "parameter"]),
-        "messages": "".join(f"        case {k}: return {_text(text)};\n" for k, text in sorted(component.messages.items())),
+        "starts": "".join(f"    {line}\n" for v in variables for line in _starts(component, v)),
+        "inputs": _checks(component, [v for v in variables if v.causality == "input"]),
+        "parameters": _checks(component, [v for v in variables if v.causality == "parameter"]),
+        "messages": "".join(f"        case {k}: return {literal(text)};\n" for k, text in sorted(component.messages.items())),
     }  # fmt: skip
     return {
         f"{name}.h": _HEADER.format(**words), f"{name}.c": _SOURCE.format(**words),
@@ -165,15 +173,15 @@ def _example_words(component: type[Component], variables: list[Variable[Any]]) -
     parameters = [v for v in variables if v.causality == "parameter"]
     return {
         "step": repr(float(component.default_step_size)),
-        "parameter": field_name(parameters[0].name) if parameters else "name",
-        "given": "".join(f"        m.{_first(v)} = 1.0;\n" for v in given[:1]),
+        "parameter": field_name(component, parameters[0].name) if parameters else "name",
+        "given": "".join(f"        m.{_first(component, v)} = 1.0;\n" for v in given[:1]),
         "formats": "t = %g" + "".join(f", {v.name} = %.9g" for v in taken),
-        "taken": ", ".join(f"m.{_first(v)}" for v in taken) or "0",
+        "taken": ", ".join(f"m.{_first(component, v)}" for v in taken) or "0",
     }
 
 
-def _first(variable: Variable[Any]) -> str:
-    return field_name(variable.name) + ("" if variable.size is None else "[0]")
+def _first(component: type[Component], variable: Variable[Any]) -> str:
+    return field_name(component, variable.name) + ("" if variable.size is None else "[0]")
 
 
 def _size(variables: list[Variable[Any]]) -> int:
@@ -190,28 +198,36 @@ def _items(component: type[Component]) -> str:
     for v in component.variables.values():
         if issubclass(v.kind, enum.IntEnum):
             lines.append(f"enum {{ /* values of {v.name} */")
-            lines += [f"    {component.__name__}_{field_name(v.name)}_{item.name} = {int(item)}," for item in v.kind]
+            lines += [
+                f"    {component.__name__}_{field_name(component, v.name)}_{ascii_name(item.name)} = {int(item)},"
+                for item in v.kind
+            ]
             lines[-1] = lines[-1].rstrip(",")
             lines.append("};")
     return "\n" + "".join(f"{line}\n" for line in lines)
 
 
-def _starts(variable: Variable[Any]) -> list[str]:
-    name = field_name(variable.name)
+def _starts(component: type[Component], variable: Variable[Any]) -> list[str]:
+    name = field_name(component, variable.name)
     if variable.size is None:
-        return [f"self->{name} = {_number(variable.starts[0])};"] if variable.starts[0] else []
-    return [f"self->{name}[{i}] = {_number(value)};" for i, value in enumerate(variable.starts) if value]
+        return [f"self->{name} = {_number(variable.starts[0])};"] if _is_set(variable.starts[0]) else []
+    return [f"self->{name}[{i}] = {_number(value)};" for i, value in enumerate(variable.starts) if _is_set(value)]
+
+
+def _is_set(value: Any) -> bool:
+    """Whether a start value is another than that of memory that holds nothing."""
+    return bool(value) or (isinstance(value, float) and math.copysign(1.0, value) < 0.0)
 
 
 def _number(value: Any) -> str:
     return repr(value) if isinstance(value, float) else str(int(value))
 
 
-def _checks(owner: str, variables: list[Variable[Any]]) -> str:
+def _checks(component: type[Component], variables: list[Variable[Any]]) -> str:
     """Lines that refuse what is outside of the variables' domains. Bounds that do not belong to a domain are one digit away."""
-    lines = []
+    lines, owner = [], component.__name__
     for v in variables:
-        name, place = field_name(v.name), "" if v.size is None else "[i]"
+        name, place = field_name(component, v.name), "" if v.size is None else "[i]"
         value = f"self->{name}{place}"
         if issubclass(v.kind, enum.IntEnum):
             right = " || ".join(f"{value} == {int(item)}" for item in v.kind)
@@ -223,7 +239,7 @@ def _checks(owner: str, variables: list[Variable[Any]]) -> str:
                 right += f" && {value} > {float(v.min)!r}"
             if v.exclusive in (True, "max") and v.max is not None:
                 right += f" && {value} < {float(v.max)!r}"
-        test = f"if (!({right})) return {owner}_outside(fault, {_text(v.name)}, {value});"
+        test = f"if (!({right})) return {owner}_outside(fault, {literal(v.name)}, {value});"
         lines.append(f"    {test}" if v.size is None else f"    for (int i = 0; i < {v.size}; i++)\n        {test}")
     return "".join(f"{line}\n" for line in lines)
 
@@ -232,7 +248,3 @@ def _bound(variable: Variable[Any], side: str, bound: Any) -> str:
     if bound is not None:
         return repr(float(bound))
     return ("-" if side == "min" else "") + "1.7976931348623157e+308"
-
-
-def _text(value: str) -> str:
-    return json.dumps(value.encode("ascii", "replace").decode())

@@ -86,7 +86,7 @@ def _files(component: type[Component]) -> dict[str, str]:
     name, found = component.__name__, layout(component)
     places = ((v.name, found["variables"][v.name]["offset"]) for v in component.variables.values())
     offsets = "".join(
-        f"_Static_assert(__builtin_offsetof({name}, {field_name(n)}) == {at}, {json.dumps(n)});\n" for n, at in places
+        f"_Static_assert(__builtin_offsetof({name}, {field_name(component, n)}) == {at}, {json.dumps(n)});\n" for n, at in places
     )
     files = {**plain_c(component), "kernel.h": KERNEL_H.read_text(encoding="utf-8")}
     return {**files, "module.c": _MODULE.format(name=name, size=found["size"], offsets=offsets)}

@@ -17,6 +17,10 @@ from shaper_fmu.export.c.translate import translated
 from shaper_fmu.export.kernel_source import check_kernels
 
 CONSTANTS = """
+import enum
+
+import numpy as np
+
 MIXED = (0, 0.5)
 M_PI = 3.1
 INFINITY = NULL = HUGE_VAL = I = errno = 1.5
@@ -28,6 +32,20 @@ Kind_one = 3.0
 class Farbe(IntEnum):
     rot = 1
     grün = 2
+
+
+class Bits(enum.IntFlag):
+    read = 4
+    write = 2
+
+
+class Own(float):
+    def __mul__(self, other):
+        return 99.0
+
+
+OWN = (Own(2.0), 1.0)
+NUMPY = (np.float64(2.0), 1.0)
 """
 
 MORE = '''
@@ -100,6 +118,9 @@ REFUSED = [
     ("a = m.a\na[1] = 0\nm.y = -m.a[1]", "a[1] is a real number and is set to an integer"),
     ("x = m.a\nif m.flag:\n    x = m.pair\nm.y = x[-1]", "x is an array of 4 in one place and an array of 2 in another"),
     ("m.y = (m.a if m.flag else m.pair)[-1]", "an array of 4 in one place and an array of 2 in another"),
+    ("m.k = ~Bits.read", "does not compile: it is of type Bits"),  # 3: Python's flags have no others
+    ("m.y = OWN[0] * m.u", "OWN does not compile"),
+    ("m.y = NUMPY[0] * m.u", "NUMPY does not compile"),
     ("for j in range(3):\n    if m.flag:\n        continue\n    x = 1.0\nm.y = x", "x may have no value here"),
     ("def g(x):\n    if x > 0:\n        z = x\n    return z\nm.y = g(m.u)", "z may have no value here"),
     ("if m.flag:\n    c = m.u\ndef g(x):\n    return x + c\nm.y = g(1.0)", "c may have no value here"),

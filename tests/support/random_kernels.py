@@ -46,7 +46,8 @@ class Grammar:
             self.assign(depth, self.integers, self.integer(2), "j")
         elif kind == 3:
             self.say(
-                depth, self.rng.choice(["m.a[{0}] = {1}", "m.a[{0}] += {1}", "m.secret -= {1}"]).format(self.index(), self.real(1))
+                depth,
+                self.rng.choice(["m.a[{0}] = float({1})", "m.a[{0}] += {1}", "m.secret -= {1}"]).format(self.index(), self.real(1)),
             )
         elif kind == 4:
             self.say(

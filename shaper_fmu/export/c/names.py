@@ -23,8 +23,8 @@ _LIBRARY = """
     drem finite index time clock isgreaterequal islessequal islessgreater issignaling issubnormal isunordered iszero
 """
 _MACROS = re.compile(
-    r"(NULL|NAN|SNAN\w?|EOF|I|HUGE\w*|MAXFLOAT|INFINITY|DOMAIN|SING|OVERFLOW|UNDERFLOW|PLOSS|TLOSS|X_TLOSS|CHECKED|NOT_EXPORTED"
-    r"|(FP|FLT|DBL|LDBL|M|MATH|INT\d*|UINT\d*|INTPTR|UINTPTR|INTMAX|UINTMAX|PTRDIFF|SIZE|SIG_ATOMIC|WCHAR|WINT|CHAR|SCHAR|SHRT|LONG|LLONG"
+    r"(NULL|NAN|SNAN\w?|EOF|I|HUGE\w*|MAXFLOAT|INFINITY|DOMAIN|SING|OVERFLOW|UNDERFLOW|PLOSS|TLOSS|X_TLOSS|CHECKED|NOT_EXPORTED|BUFSIZ|L_tmpnam"
+    r"|(FP|FLT|DBL|LDBL|M|MATH|INT\d*|UINT\d*|INTPTR|UINTPTR|INTMAX|UINTMAX|PTRDIFF|SIZE|SEEK|RAND|EXIT|TMP|MB|FOPEN|FILENAME|SIG_ATOMIC|WCHAR|WINT|CHAR|SCHAR|SHRT|LONG|LLONG"
     r"|FAULT|SHAPER_FMU)_\w*|INT\w*_[CX]|Fault|(make_)?Tuple\w*)"
 )
 """Names that headers may define as macros, and the types of kernels."""
@@ -35,11 +35,21 @@ RESERVED = frozenset(
 )
 
 
+MACROS_OF_THE_LAYER = frozenset(
+    {"INTERNAL", "HOT", "COLD", "REQUIRED", "NO_EVENT", "OUT_OF_LINE", "IN_LINE", "LIKE_PRINTF", "ONE_UNIT", "LAYER_UNIT"}
+)
+"""Of component.h, beside which the record is declared."""
+
+
+def ascii_name(name: str) -> str:
+    """A name whose other letters are told by their numbers."""
+    return "".join(c if c.isascii() else f"_u{ord(c):04x}" for c in name)
+
+
 @lru_cache(maxsize=10_000)
 def c_name(name: str) -> str:
     """A name of Python as one of C."""
-    plain = "".join(c if c.isascii() else f"_u{ord(c):04x}" for c in name)
-    plain = plain.lstrip("_") or "unused"
+    plain = ascii_name(name).lstrip("_") or "unused"
     plain = f"_{plain}" if plain[0].isdigit() else plain
     return f"{plain}_" if plain in RESERVED or _MACROS.fullmatch(plain) else plain
 

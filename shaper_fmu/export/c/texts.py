@@ -8,7 +8,7 @@ import textwrap
 from shaper_fmu.component import Component
 from shaper_fmu.export.c.kinds import Struct
 from shaper_fmu.export.c.unit import Unit, field_name
-from shaper_fmu.export.c.writing import comment
+from shaper_fmu.export.c.writing import comment, inside_comment
 
 
 def struct_text(kind: Struct) -> str:
@@ -27,8 +27,8 @@ def record_text(component: type[Component]) -> str:
     for v in component.variables.values():
         size = f"[{v.size}]" if v.size else ""
         unit = f" [{v.unit}]" if v.unit else ""
-        said = f"{v.causality}: {v.description}{unit}".replace("*/", "* /") if v.causality != "state" else "state"
-        lines.append(f"    {'double' if v.code == 'd' else 'int32_t'} {field_name(v.name)}{size}; /* {said} */")
+        said = inside_comment(f"{v.causality}: {v.description}{unit}") if v.causality != "state" else "state"
+        lines.append(f"    {'double' if v.code == 'd' else 'int32_t'} {field_name(component, v.name)}{size}; /* {said} */")
     return "typedef struct {\n" + "\n".join(lines) + "\n} Record;"
 
 

@@ -11,6 +11,7 @@ import enum
 import math
 import sys
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -32,7 +33,7 @@ from shaper_fmu.export.c.kinds import (
     joined,
     struct,
 )
-from shaper_fmu.export.c.names import Names, c_name
+from shaper_fmu.export.c.names import MACROS_OF_THE_LAYER, Names
 from shaper_fmu.export.c.ranges import ANY, EXACT_INTEGERS, INT32, TRUTH, WHOLE32, Range, clipped_exactly, union, widest
 
 _PASSES = 30
@@ -175,7 +176,7 @@ class Unit:
         """A variable of the record."""
         v = self.component.variables[name]
         kind = REAL if v.kind is float else BOOLEAN if v.kind is bool else INTEGER
-        text = f"{record.text}->{field_name(name)}"
+        text = f"{record.text}->{field_name(self.component, name)}"
         found = self._bounds(name, kind)
         if v.size is None:
             return Code(text, kind, found, reads=True, whole=self.whole.get(name), narrow=kind != REAL, root=record.root)
@@ -203,10 +204,10 @@ class Unit:
             return self._member(value)
         if isinstance(value, bool):
             return Code(str(value).lower(), BOOLEAN, Range(int(value), int(value)))
+        if isinstance(value, enum.Flag) or not (isinstance(value, enum.Enum) or _computes_as_python(value)):
+            return None
         if isinstance(value, int | float):
             return self._number(value, name)
-        if hasattr(value, "tolist") and getattr(value, "ndim", 0) == 1:
-            return self.constant(tuple(value.tolist()), name)
         if isinstance(value, FunctionType):
             return Code("", Callee("", value))
         if value is None:
@@ -279,9 +280,20 @@ class Unit:
             self.use(kind.element)
 
 
-def field_name(name: str) -> str:
-    """The name of a variable in the record's struct."""
-    return c_name(name)
+def _computes_as_python(value: Any) -> bool:
+    """Whether a number is one of Python's own: of numpy, or of a class with operators of its own, it computes otherwise."""
+    return type(value) in (int, float) or not isinstance(value, int | float)
+
+
+def field_name(component: type[Component], name: str) -> str:
+    """The name of a variable in the record's struct, which is no other's."""
+    return _field_names(tuple(component.variables))[name]
+
+
+@lru_cache(maxsize=256)
+def _field_names(variables: tuple[str, ...]) -> dict[str, str]:
+    names = Names()
+    return {name: names.given(name, name, MACROS_OF_THE_LAYER) for name in variables}
 
 
 def number_text(value: float) -> str:

@@ -122,9 +122,14 @@ def written(body: Body, level: int = 1) -> list[str]:
     return lines
 
 
+def inside_comment(text: str) -> str:
+    """A text that neither ends a comment nor begins another one."""
+    return text.replace("*/", "* /").replace("/*", "/ *")
+
+
 def comment(text: str, level: int = 0) -> list[str]:
     """A comment, wrapped."""
-    safe = text.replace("*/", "* /").replace("/*", "/ *")
+    safe = inside_comment(text)
     begin = "    " * level
     paragraphs = [textwrap.wrap(p, WIDTH - len(begin) - 3) or [""] for p in textwrap.dedent(safe).strip().split("\n\n")]
     lines = [line for p in paragraphs for line in [*p, ""]][:-1]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import enum
 import hashlib
-import json
 from typing import Any
 
 from shaper_fmu.component import Component, Variable
+from shaper_fmu.export.c.code import literal
 from shaper_fmu.export.c.unit import field_name
 from shaper_fmu.export.model_description import visible_variables
 
@@ -30,7 +30,7 @@ def component_table(component: type[Component], token: str) -> str:
     index = {variable.name: i for i, variable in enumerate(variables)}
     slopes = {v.slope for v in variables if v.slope}
     visible = [index[v.name] for v in visible_variables(component)]
-    offsets = {v.name: f"(int)offsetof(Record, {field_name(v.name)})" for v in variables}
+    offsets = {v.name: f"(int)offsetof(Record, {field_name(component, v.name)})" for v in variables}
     inputs = {i for i, v in enumerate(variables) if v.causality == "input"}
     free = {i for i in inputs if variables[i].kind is float and variables[i].min is None and variables[i].max is None}
     free_inputs = _scalars(variables, sorted(free), offsets)
@@ -43,11 +43,11 @@ def component_table(component: type[Component], token: str) -> str:
         "visible": ("uint16_t", ["0", *map(str, visible)]),  # FMI 3.0: no value reference is 0
         "scalars": ("Scalar", _scalars(variables, visible, offsets)),
         "states": ("Scalar", _scalars(variables, [index[name] for name in component.continuous_states or ()], offsets)),
-        "messages": ("NumberedText", [f"{{{status}, {_text(text)}}}" for status, text in sorted(component.messages.items())]),
+        "messages": ("NumberedText", [f"{{{status}, {literal(text)}}}" for status, text in sorted(component.messages.items())]),
     }
     announced = [str(offsets.get(name, -1)) for name in ("next_event_time", "next_kink_time")]
     fields = [
-        _text(component.__name__), _text(token), f"UINT64_C({layout_digest(component)})", "(int)sizeof(Record)",
+        literal(component.__name__), literal(token), f"UINT64_C({layout_digest(component)})", "(int)sizeof(Record)",
         offsets["left_limits"], *announced, str(int(component.sampled)), str(int(component.continuous_states is not None)),
     ]  # fmt: skip
     counts = {name: str(len(rows)) for name, (_, rows) in arrays.items()}
@@ -84,6 +84,10 @@ def _scalars(variables: list[Variable[Any]], chosen: list[int], offsets: dict[st
     return rows
 
 
+def _differ(starts: tuple[Any, ...] | list[Any]) -> bool:
+    return len({_double(value) for value in starts}) > 1
+
+
 def _kind(variable: Variable[Any]) -> str:
     return (
         "ENUMERATION"
@@ -101,9 +105,9 @@ def _item_tables(variables: list[Variable[Any]]) -> list[str]:
     tables = []
     for variable in variables:
         if issubclass(variable.kind, enum.IntEnum):
-            rows = [f"{{{item.value}, {_text(item.name)}}}" for item in variable.kind]
+            rows = [f"{{{item.value}, {literal(item.name)}}}" for item in variable.kind]
             tables.append(_array("NumberedText", f"items_{variable.name}", rows))
-        if len(set(variable.starts)) > 1:
+        if _differ(variable.starts):
             tables.append(_array("double", f"starts_{variable.name}", [_double(value) for value in variable.starts]))
     return tables
 
@@ -113,9 +117,9 @@ def _variable(variable: Variable[Any], index: dict[str, int], offsets: dict[str,
     causality = _SLOPE if is_slope else _CAUSALITIES[variable.causality]
     bounds = [_bound(variable, side, value) for side, value in (("min", variable.min), ("max", variable.max))]
     fields = [
-        _text(variable.name), _text(variable.unit), _kind(variable), causality, str(int(variable.tunable)),
+        literal(variable.name), literal(variable.unit), _kind(variable), causality, str(int(variable.tunable)),
         str(variable.size or 0), offsets[variable.name], _double(variable.starts[0]),
-        f"starts_{variable.name}" if len(set(variable.starts)) > 1 else "0", *bounds,
+        f"starts_{variable.name}" if _differ(variable.starts) else "0", *bounds,
         _double(variable.min or 0.0), _double(variable.max or 0.0),
         *([str(len(items)), f"items_{variable.name}"] if items else ["0", "0"]),
         str(index[variable.derivative] if variable.derivative else -1), *_nominal(variable, index),
@@ -138,8 +142,3 @@ def _bound(variable: Variable[Any], side: str, value: float | None) -> str:
 
 def _double(value: float) -> str:
     return float(value).hex()
-
-
-def _text(value: str) -> str:
-    """A C string literal: JSON's escapes are C's, once nothing but ASCII is left."""
-    return json.dumps(value.encode("ascii", "replace").decode())

@@ -23,7 +23,7 @@ void start_values(unsigned char *record, int with_inputs_and_parameters) {
         const Variable *v = &component.variable[k];
         int kept = v->causality == INPUT || v->causality == PARAMETER || v->causality == SLOPE;
         if (kept && !with_inputs_and_parameters) continue;
-        if (!v->starts && v->start == 0.0) {
+        if (!v->starts && v->start == 0.0 && !signbit(v->start)) {
             memset(record + v->offset, 0, (size_t)length(v) * (v->kind == REAL ? 8 : 4));
             continue;
         }
