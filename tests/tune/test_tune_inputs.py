@@ -11,6 +11,9 @@ from command_line import typed
 from two_drives import frequencies, left_together, two_drives
 
 from shaper_fmu.errors import ArgumentError
+from shaper_fmu.report import write_tuning
+from shaper_fmu.report.tune.inputs import write_inputs
+from shaper_fmu.report.tune.outputs import folder_for
 from shaper_fmu.ssp.archive import load_ssp
 from shaper_fmu.ssp.parameter_sets import apply_parameter_set
 from shaper_fmu.tune import ModeBox, requirements_for, tune_inputs
@@ -34,7 +37,7 @@ def tuned(plant: Path, common: bool, nominal: float = 0.02) -> InputsTuning:
 
 
 @pytest.mark.parametrize("common", [False, pytest.param(True, marks=MORE)])
-def test_all_commands_at_once_leave_what_the_eigenvalues_tell(plant, common):
+def test_all_commands_at_once_leave_what_the_eigenvalues_tell(plant, common, tmp_path):
     """Each drive excites both modes, and both are seen in both outputs."""
     found = tuned(plant, common)
     assert found.verdict == "tuned"
@@ -49,6 +52,13 @@ def test_all_commands_at_once_leave_what_the_eigenvalues_tell(plant, common):
     assert found.together.worst.share == pytest.approx(max(left_together(jumps, mass=m) for m in MASSES), rel=2e-3)
     assert max(left_together(jumps, mass=m) for m in MASSES) <= 0.05
     assert left_together(jumps) <= 0.02
+    folder = tmp_path / "out"
+    write_inputs(found, folder, report=False)
+    assert folder_for(found, folder) == folder
+    for one in found.tunings.values():  # the tuning of one input does not replace that of all, nor that of all one's
+        assert folder_for(one, folder) == tmp_path / "out_2"
+        write_tuning(one, tmp_path / one.input, report=False)
+        assert folder_for(found, tmp_path / one.input) == tmp_path / f"{one.input}_2"
 
 
 @MORE
