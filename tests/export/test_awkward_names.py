@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 import subprocess
+from pathlib import Path
 
 import fmpy
 import pytest
-from compiled_kernels import Kernels, record_of
+from compiled_kernels import WARNINGS, ZIG, Kernels, record_of
 from test_plain_c import COMPILERS, compiled
 
 from shaper_fmu.errors import BuildError
@@ -59,6 +60,14 @@ class Awkward(Component):
 '''
 
 
+LANGUAGES = [
+    *[("gcc", f"-std={standard}") for standard in ("c99", "c11")],
+    *[("g++", "-x", "c++", f"-std={standard}") for standard in ("c++11", "c++17")],
+    (*ZIG, "-std=c99"),
+    *[(*ZIG[:-2], "c++", ZIG[-1], "-x", "c++", f"-std={standard}") for standard in ("c++11", "c++17")],
+]
+
+
 @pytest.fixture
 def awkward(tmp_path):
     path = tmp_path / "awkward.py"
@@ -98,6 +107,23 @@ def test_its_fmu_computes_the_same(awkward, tmp_path, fmi):
     assert len(fields) == len(set(fields)) == len(awkward.variables)
     assert not {"HOT", "COLD", "NAN", "errno", "M_PI", "I"} & set(fields)
     fmu = build_fmu(awkward, tmp_path, fmi=fmi, platforms=["this"])
+    folder = fmpy.extract(str(fmu), str(tmp_path / "unpacked"))
+    headers = Path(fmpy.__file__).parent / "c-code"
+    for language in LANGUAGES:  # FMI's own headers are none of ours
+        for file in ("fmu.c", "kernels.c"):
+            options = [
+                *WARNINGS,
+                "-ffp-contract=off",
+                "-isystem",
+                str(headers),
+                f"-I{folder}/sources",
+                "-c",
+                f"{folder}/sources/{file}",
+            ]
+            done = subprocess.run(
+                [*language, *options, "-o", str(tmp_path / "unit.o")], capture_output=True, text=True, check=False
+            )
+            assert (done.returncode, done.stderr) == (0, ""), language
     result = fmpy.simulate_fmu(str(fmu), fmi_type="CoSimulation", stop_time=0.05, step_size=0.01, output_interval=0.01)
     assert list(result["I"]) == [-3.0] * 6
     assert list(result["M_PI"]) == [21.5] * 6

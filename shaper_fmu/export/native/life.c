@@ -133,7 +133,7 @@ static Status initialize(Instance *instance) {
 }
 
 static void hold(Instance *instance) {
-    if (instance->model_exchange && component.sampled) memcpy(instance->held, instance->record, (size_t)component.record_size);
+    if (component.sampled && instance->model_exchange) memcpy(instance->held, instance->record, (size_t)component.record_size);
 }
 
 Status exit_initialization(Instance *instance, Phase next) {

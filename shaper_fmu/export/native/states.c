@@ -61,6 +61,19 @@ static int in_domains(Instance *instance) {
     return status == OK;
 }
 
+/* Whether Booleans are 0 or 1: kernels take them as indexes, too. */
+static int has_booleans(const unsigned char *record) {
+    for (int k = 0; k < component.variables; k++) {
+        const Variable *v = &component.variable[k];
+        for (int i = 0; v->kind == BOOLEAN && i < length(v); i++) {
+            uint32_t value;
+            memcpy(&value, record + v->offset + 4 * i, sizeof value);
+            if (value > 1) return 0;
+        }
+    }
+    return 1;
+}
+
 /* The state must be this component's, of an instance for the same kind of simulation. */
 Status restore_state(Instance *instance, const void *state) {
     SavedLife life;
@@ -70,6 +83,8 @@ Status restore_state(Instance *instance, const void *state) {
     if (!is_own(state) || !is_phase(life.phase)) return not_own(instance);
     if (life.model_exchange != instance->model_exchange || life.event_mode != instance->event_mode)
         return refuse(instance, ERROR, "%s: this state was saved by an instance for another kind of simulation", component.name);
+    if (!has_booleans(bytes + sizeof life) || (instance->held && !has_booleans(bytes + sizeof life + component.record_size)))
+        return refuse(instance, ERROR, "%s: this state has a Boolean that is neither true nor false", component.name);
     instance->phase = (Phase)life.phase;
     instance->stale = life.phase == CONTINUOUS ? 1 : life.stale;
     instance->tried = instance->untouched = 0;

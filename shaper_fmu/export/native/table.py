@@ -141,4 +141,4 @@ def _bound(variable: Variable[Any], side: str, value: float | None) -> str:
 
 
 def _double(value: float) -> str:
-    return float(value).hex()
+    return repr(float(value))  # which is read back exactly; C++ has no hexadecimal ones before C++17
