@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +15,8 @@ def draft_of(path: Path) -> Iterator[Path]:
 
     Missing folders are made. Its name is always the same: what a killed process has left is written over.
     """
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "a folder, where a file shall be written", str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     draft = path.with_name(f".{path.name}.draft")
     try:

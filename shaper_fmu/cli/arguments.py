@@ -9,6 +9,7 @@ import importlib.util
 import inspect
 import math
 import os
+import re
 import stat
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -115,7 +116,9 @@ def number(
         try:
             value = kind(bare) * (units or {}).get(unit, 1)
         except ValueError:
-            raise typer.BadParameter(f"{text!r} is not a {'whole number' if kind is int else 'number'}") from None
+            raise typer.BadParameter(
+                f"{text!r} is not a {'whole number' if kind is int else 'number'}{_likely(text, units)}"
+            ) from None
         if not holds(value):
             meant = hint.format(text) if hint and not unit and math.isfinite(value) and value > 0.0 else ""
             raise typer.BadParameter(f"{text} is outside its domain: {domain}{meant}")
@@ -125,14 +128,43 @@ def number(
     return parse
 
 
+def _likely(text: str, units: Mapping[str, float] | None) -> str:
+    """What a text that is no number was meant as: a comma for a point, several values, a unit that is not taken."""
+    if "," in text and all(map(_is_number, text.split(","))):
+        return f": a decimal has a point ({text.replace(',', '.', 1)}); an option that takes several values is repeated for each"
+    if _is_number(re.sub(r"[a-zA-Z/%]+$", "", text.rstrip())):
+        return (
+            f" with a unit that is taken here: {', '.join(units)}, or none"
+            if units
+            else "; its unit is that of the help, and not written"
+        )
+    return ""
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
 _SHARES = {"%": 0.01}
 _RATES = {"Hz": 2.0 * math.pi, "rad/s": 1.0}
+_HERTZ = {"Hz": 1.0, "rad/s": 0.5 / math.pi}
+_TIMES = {"us": 1e-6, "ms": 1e-3, "min": 60.0, "s": 1.0}
 
 positive: Callback = number("a finite number above 0", lambda x: 0.0 < x < math.inf)
 not_negative: Callback = number("a finite number of at least 0", lambda x: 0.0 <= x < math.inf)
 finite: Callback = number("a finite number", math.isfinite)
 rate: Callback = number("a finite number above 0", lambda x: 0.0 < x < math.inf, units=_RATES)
 """An angular frequency [rad/s], or with its unit, such as 0.8Hz."""
+hertz: Callback = number("a finite number above 0", lambda x: 0.0 < x < math.inf, units=_HERTZ)
+"""A frequency [Hz], or with its unit, such as 5rad/s."""
+instant: Callback = number("a finite number", math.isfinite, units=_TIMES)
+"""A time [s], or with its unit, such as 500ms."""
+time_span: Callback = number("a finite number above 0", lambda x: 0.0 < x < math.inf, units=_TIMES)
+longest_time: Callback = number("at least 0", lambda x: x >= 0.0, units=_TIMES)
+time_or_none: Callback = number("a finite number of at least 0", lambda x: 0.0 <= x < math.inf, units=_TIMES)
 damping_ratio: Callback = number("0 <= zeta < 1", lambda x: 0.0 <= x < 1.0, units=_SHARES, hint="; did you mean {}%?")
 share: Callback = number("between 0 and 1", lambda x: 0.0 < x < 1.0, units=_SHARES, hint="; did you mean {}%?")
 """A share, as 0.05 or 5%."""
@@ -182,11 +214,20 @@ def _unreadable(path: Path) -> str | None:
     try:
         mode = os.stat(path).st_mode
         if not stat.S_ISREG(mode):
-            return f"{path}: not a file but {'a folder' if stat.S_ISDIR(mode) else 'a device or pipe'}"
+            return f"{path}: not a file but {_folder_words(path) if stat.S_ISDIR(mode) else 'a device or pipe'}"
         with open(path, "rb"):
             return None
     except (OSError, ValueError) as error:
         return f"{path}: {_reason(error)}"
+
+
+def _folder_words(path: Path) -> str:
+    """A folder, and of a system's the command that makes an archive of it."""
+    from shaper_fmu.ssp.names import DESCRIPTION
+
+    archive = path.with_name(f"{path.name}.ssp")
+    build = f"; its archive is taken: shaper-fmu build {path} makes {archive}"
+    return f"a system's folder{build}" if os.path.isfile(path / DESCRIPTION) else "a folder"
 
 
 def _wrong_ending(path: Path, endings: tuple[str, ...]) -> str | None:

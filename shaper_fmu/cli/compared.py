@@ -33,7 +33,9 @@ def check_compared(kinds: Sequence[str], known: Sequence[str], alone: Mapping[st
     """Raise BadParameter for kinds that are no shapers, and for options that are for one kind."""
     for kind in kinds:
         if kind not in known:
-            message = f"{kind!r} is no shaper; only shapers are compared with each other.{nearest(kind, known)}"
+            several = f" Numbers follow options: -w {kind} is a frequency, and of several modes each has its -w."
+            hint = several if kind.replace(".", "", 1).isdigit() else nearest(kind, known)
+            message = f"{kind!r} is no shaper; only shapers are compared with each other.{hint}"
             raise typer.BadParameter(message, param_hint="KIND")
     for option, given in alone.items():
         if given:
@@ -46,7 +48,7 @@ def compared_blocks(wanted: _Mode, kinds: Sequence[str], design: Callable[[str],
     from shaper_fmu.report.kinds import kinds_blocks
 
     if not wanted.frequencies:
-        raise typer.BadParameter("give at least one", param_hint="--natural-frequency")
+        raise typer.BadParameter("give at least one, such as -w 5 [rad/s] or -f 0.8 [Hz]", param_hint="--natural-frequency")
     if "si" in kinds and (wanted.low is None or wanted.high is None):
         raise typer.BadParameter("si needs --low and --high", param_hint="KIND")
     if len(wanted.ratios) not in (1, len(wanted.frequencies)):

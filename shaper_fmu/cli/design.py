@@ -158,10 +158,13 @@ def design(
     s_curve_modes: an S-curve without vibration of up to three modes (-w 5 -w 14), the shortest within the limits.
     With --low and --high, an upper bound of the residual vibration V is proven for all frequencies (and damping ratios) in between.
     With --modes, --tolerance is the share of the final values that may swing after the last impulse.
-    Example: shaper-fmu design zvd --natural-frequency 5 --damping-ratio 0.1 --plot zvd.html
-    Example: shaper-fmu design ei -f 0.8 -z 5% --tolerance 2%
-    Example: shaper-fmu design zv zvd ei -f 5 --plot kinds.html
-    Example: shaper-fmu design fastest -w 5 --max-velocity 1 --max-acceleration 3 --segments move.csv
+
+    \b
+    Examples:
+        shaper-fmu design zvd --natural-frequency 5 --damping-ratio 0.1 --plot zvd.html
+        shaper-fmu design ei -f 0.8 -z 5% --tolerance 2%
+        shaper-fmu design zv zvd ei -f 5 --plot kinds.html
+        shaper-fmu design fastest -w 5 --max-velocity 1 --max-acceleration 3 --segments move.csv
     """
     kind, compared = kinds[0], list(dict.fromkeys(kinds))
     page = plot is not None and plot.suffix.lower() in check.PAGE

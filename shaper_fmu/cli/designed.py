@@ -75,7 +75,9 @@ def fastest(wanted: Wanted, tolerance: float, deflections: Sequence[float], puls
     limits = {"max_velocity": wanted.max_velocity, "max_acceleration": wanted.max_acceleration, "max_jerk": wanted.max_jerk}
     band = wanted.low, wanted.high
     if not wanted.frequencies and None in band:
-        raise typer.BadParameter("give at least one, or --low and --high", param_hint="--natural-frequency")
+        raise typer.BadParameter(
+            "give at least one, such as -w 5 [rad/s] or -f 0.8 [Hz], or --low and --high", param_hint="--natural-frequency"
+        )
     return design_fastest(wanted.distance, limits, wanted.frequencies, wanted.ratios, tolerance, band, deflections, pulses)
 
 
@@ -100,7 +102,7 @@ def blocks_of(wanted: Wanted) -> list[Block]:
             raise typer.BadParameter("si needs --low and --high", param_hint="KIND")
         wanted.frequencies.append(0.5 * (wanted.low + wanted.high))
     if not wanted.frequencies:
-        raise typer.BadParameter("give at least one", param_hint="--natural-frequency")
+        raise typer.BadParameter("give at least one, such as -w 5 [rad/s] or -f 0.8 [Hz]", param_hint="--natural-frequency")
     mode = Mode(wanted.frequencies[0], wanted.ratios[0], wanted.tolerance)
     if wanted.kind in PROFILES:
         from shaper_fmu.report.moves import floor_blocks

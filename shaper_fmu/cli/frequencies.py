@@ -8,13 +8,13 @@ from typing import Annotated
 
 import typer
 
-from shaper_fmu.cli.arguments import positive
+from shaper_fmu.cli.arguments import hertz as in_hertz
 
 Frequencies = Annotated[
     list[float] | None,
-    typer.Option("--frequency", "-f", help="The same in Hz: -f 5 is -w 31.4; repeat it for several modes.", parser=positive),
+    typer.Option("--frequency", "-f", help="The same in Hz: -f 5 is -w 31.4; repeat it for several modes.", parser=in_hertz),
 ]
-Frequency = Annotated[float | None, typer.Option("--frequency", "-f", help="The same in Hz: -f 5 is 31.4 rad/s.", parser=positive)]
+Frequency = Annotated[float | None, typer.Option("--frequency", "-f", help="The same in Hz: -f 5 is 31.4 rad/s.", parser=in_hertz)]
 
 
 def natural_frequencies(rates: Sequence[float] | None, hertz: Sequence[float] | None) -> list[float]:

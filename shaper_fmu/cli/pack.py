@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shaper_fmu.cli.arguments import input_file, output_file, pairs, positive, wrong_usage
+from shaper_fmu.cli.arguments import input_file, output_file, pairs, time_span, wrong_usage
 from shaper_fmu.cli.info_words import size
 from shaper_fmu.cli.kept import Force, check_kept
 from shaper_fmu.cli.paths import wrote
@@ -43,7 +43,7 @@ def pack(
     ] = None,
     step: Annotated[
         float | None,
-        typer.Option(help="Longest communication step inside [s]. Default: the system's, or that of the host.", parser=positive),
+        typer.Option(help="Longest communication step inside [s]. Default: the system's, or that of the host.", parser=time_span),
     ] = None,
     algorithm: Annotated[Algorithm | None, typer.Option(help="Master algorithm. Default: the system's, or jacobi.")] = None,
     grid: Annotated[bool, typer.Option("--grid", help="End steps inside only at communication points, not at events.")] = False,

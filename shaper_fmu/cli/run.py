@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from shaper_fmu.cli import excitation, over
-from shaper_fmu.cli.arguments import PAGE, finite, input_system, output_file, pairs, positive, wrong_usage
+from shaper_fmu.cli.arguments import PAGE, input_system, instant, output_file, pairs, positive, time_span, wrong_usage
 from shaper_fmu.cli.kept import Force, check_kept
 from shaper_fmu.cli.optional import tell_missing
 from shaper_fmu.cli.paths import wrote
@@ -60,11 +60,11 @@ def run(
         ),
     ] = None,
     stop_time: Annotated[
-        float | None, typer.Option("--stop-time", "--until", help="Stop time [s]. Default: the system's.", parser=finite)
+        float | None, typer.Option("--stop-time", "--until", help="Stop time [s]. Default: the system's.", parser=instant)
     ] = None,
     step: Annotated[
         float | None,
-        typer.Option(help="Communication step [s]. Default: the system's; of one FMU its own.", parser=positive),
+        typer.Option(help="Communication step [s]. Default: the system's; of one FMU its own.", parser=time_span),
     ] = None,
     interface: Annotated[
         Interface | None, typer.Option(help="Of one FMU that offers both. Default: co_simulation.", show_default=False)

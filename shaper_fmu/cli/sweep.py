@@ -29,6 +29,8 @@ def _study_file(path: Path) -> Path:
     """A callback for studies: a file, or the one of a folder."""
     if os.path.isdir(path) and not os.path.isfile(path / "study.toml"):
         raise typer.BadParameter(f"{path}: not a file but a folder: no study.toml in this folder")
+    if path.suffix.lower() == ".ssp" and os.path.isfile(path):
+        raise typer.BadParameter(f"{path}: a system, not a study of it; shaper-fmu new study {path} writes one to begin with")
     return input_file(".toml")(path / "study.toml" if os.path.isdir(path) else path)
 
 

@@ -9,7 +9,18 @@ from typing import Annotated, Any
 import typer
 
 from shaper_fmu.cli.amounts import duration_of, share
-from shaper_fmu.cli.arguments import finite, input_file, not_negative, number, output_folder, pairs, positive, wrong_usage
+from shaper_fmu.cli.arguments import (
+    input_file,
+    instant,
+    longest_time,
+    number,
+    output_folder,
+    pairs,
+    positive,
+    time_or_none,
+    time_span,
+    wrong_usage,
+)
 from shaper_fmu.cli.ends import end_message
 from shaper_fmu.cli.optional import tell_missing
 from shaper_fmu.cli.paths import shown
@@ -50,7 +61,7 @@ def tune(
         typer.Option(
             help="How much later than the unshaped command the shaped one may end [s].",
             show_default="any",
-            parser=number("at least 0", lambda x: x >= 0.0),
+            parser=longest_time,
         ),
     ] = math.inf,
     vary: Annotated[
@@ -71,7 +82,7 @@ def tune(
     settle: Annotated[
         float,
         typer.Option(
-            help="Time that the plant needs until it rests, before the experiments and the commands [s].", parser=not_negative
+            help="Time that the plant needs until it rests, before the experiments and the commands [s].", parser=time_or_none
         ),
     ] = 0.0,
     amplitude: Annotated[
@@ -84,7 +95,7 @@ def tune(
     duration: Annotated[
         float | None,
         typer.Option(
-            help="Estimate of some periods of the slowest mode [s]. Default: the FMU's default experiment.", parser=positive
+            help="Estimate of some periods of the slowest mode [s]. Default: the FMU's default experiment.", parser=time_span
         ),
     ] = None,
     move: Annotated[
@@ -124,7 +135,7 @@ def tune(
     allow_negative: Annotated[bool, typer.Option("--allow-negative", help="Shapers may have negative impulses.")] = False,
     excitation_end: Annotated[
         float | None,
-        typer.Option(help="When the measured response becomes free [s]. Default: from --input, or estimated.", parser=finite),
+        typer.Option(help="When the measured response becomes free [s]. Default: from --input, or estimated.", parser=instant),
     ] = None,
     command: Annotated[
         str, typer.Option(help="For a measured response the column of a command that excites throughout, such as a swept sine.")
@@ -151,7 +162,7 @@ def tune(
     axis: Annotated[
         str, typer.Option(help="With --for: the axis of a firmware. Default: that of a sweep's column, or x.", show_default=False)
     ] = "",
-    cycle: Annotated[float, typer.Option(help="With --for st: the PLC's shortest cycle [s].", parser=positive)] = 0.001,
+    cycle: Annotated[float, typer.Option(help="With --for st: the PLC's shortest cycle [s].", parser=time_span)] = 0.001,
 ) -> None:
     """Identify a plant's modes, choose a shaper for them, and verify it on the plant.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -15,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from shaper_fmu.analysis.vibration import relative_residual
 from shaper_fmu.commands.motion_profile import MotionProfile
-from shaper_fmu.errors import ArgumentError, nearest
+from shaper_fmu.errors import ArgumentError, ComponentError, nearest
 from shaper_fmu.kinds.profiles import (
     FURTHER_PARAMETERS,
     PARAMETERS,
@@ -248,7 +249,10 @@ def profile(
     )
     if duration is None:
         component.duration = _shortest(component)
-    component.initialize()
+    try:
+        component.initialize()
+    except ComponentError as error:  # the FMU's words; its number for no limit is none of the caller's
+        raise type(error)(re.sub(r"1e\+300 [\w/]+", "no limit", str(error))) from None
     given = {name: getattr(component, name) for name in Profile.__dataclass_fields__ if name in MotionProfile.variables}
     span = span_of(component.profile, component, component.duration)
     own = tuple((name, _kept(getattr(component, name))) for name in OPTIONS)
@@ -291,6 +295,7 @@ def _shortest(component: MotionProfile) -> float:
     component.duration = NO_LIMIT
     component.initialize()
     if component.shortest_duration == 0.0 and span_of(component.profile, component, 1.0) > 0.0:
-        reason = "a move over no distance" if component.distance == 0.0 else "without max_velocity and max_acceleration"
-        raise ArgumentError(f"MotionProfile: {reason} there is no shortest duration; give one")
+        if component.distance == 0.0:
+            raise ArgumentError("a move over no distance has no shortest duration; give a duration")
+        raise ArgumentError("without max_velocity and max_acceleration there is no shortest duration; give them, or a duration")
     return component.shortest_duration or 1.0

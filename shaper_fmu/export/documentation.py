@@ -26,6 +26,7 @@ _PAGE = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True
 <style>
 body { font-family: sans-serif; line-height: 1.5; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 table { border-collapse: collapse; margin: 0.5rem 0 1.5rem; width: 100%; }
+.wide { overflow-x: auto; }
 th, td { border-bottom: 1px solid #ccc; padding: 0.25rem 0.6rem; text-align: left; vertical-align: top; }
 th { background: #f3f3f3; }
 li { margin: 0.25rem 0; }
@@ -63,13 +64,15 @@ figcaption { font-size: 0.9em; color: #555; }
 {% endif %}
 {% for title, rows in sections %}
 <h2>{{ title }}</h2>
+<div class="wide" tabindex="0" role="region" aria-label="{{ title }}">
 <table>
-<tr><th>Name</th><th>Type</th><th>Unit</th><th>Start</th><th>Domain</th><th>Description</th></tr>
+<tr>{% for column in rows[0] %}<th>{{ column | capitalize }}</th>{% endfor %}</tr>
 {% for row in rows %}
-<tr><td><code>{{ row.name }}</code></td><td>{{ row.type }}</td><td>{{ row.unit }}</td><td>{{ row.start }}</td>\
-<td>{{ row.domain }}</td><td>{{ row.description }}</td></tr>
+<tr>{% for column, cell in row.items() %}\
+<td>{% if column == "name" %}<code>{{ cell }}</code>{% else %}{{ cell }}{% endif %}</td>{% endfor %}</tr>
 {% endfor %}
 </table>
+</div>
 {% endfor %}
 </body>
 </html>
@@ -128,15 +131,16 @@ def documentation_page(component: type[Component]) -> str:
     for causality, title in _TITLES.items():
         rows = [
             {
-                "name": v.name, "type": type_text(v), "unit": v.unit, "domain": v.domain,
-                "description": _with_names(escape(v.description)),
+                "name": v.name, "type": type_text(v), "unit": v.unit,
                 "start": start_text(v) if causality in ("input", "parameter") else "",
+                "domain": v.domain, "description": _with_names(escape(v.description)),
             }
             for v in visible_variables(component)
             if v.causality == causality
         ]  # fmt: skip
         if rows:
-            sections.append((title, rows))
+            empty = {column for column in rows[0] if not any(row[column] for row in rows)}
+            sections.append((title, [{column: cell for column, cell in row.items() if column not in empty} for row in rows]))
     blocks = [
         (kind, lines if kind == "display" else [marked_up(line) for line in lines])
         for kind, lines in docstring_blocks(inspect.getdoc(component) or "")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +12,11 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 
 DASHES = ("solid", "dash", "dashdot", "dot")
 """So that lines differ in black and white too."""
+
+UNSHAPED_AND_SHAPED = (1, 0)
+"""Styles of both, the same in all figures and on the live page."""
+
+_BESIDE = {"rad/s": ("Hz", 0.5 / math.pi), "Hz": ("rad/s", 2.0 * math.pi)}
 
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "cross")
 """So that points that no line joins do."""
@@ -61,6 +67,11 @@ class Figure:
     log_x: bool = False
     right_label: str = ""
     bands: list[tuple[float, float]] = field(default_factory=list)
+
+    def beside(self) -> tuple[str, float] | None:
+        """Second unit of a horizontal axis of frequencies, and its factor: Hz beside rad/s, and rad/s beside Hz."""
+        quantity, _, unit = self.x_label.rpartition("[")
+        return _BESIDE.get(unit.rstrip("]")) if "frequency" in quantity else None
 
     def styles(self) -> list[tuple[str, str]]:
         """Colour and dash of each line."""

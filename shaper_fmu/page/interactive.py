@@ -26,6 +26,7 @@ def interactive(figure: Figure) -> Markup:
         "x": figure.x_label,
         "y": figure.y_label,
         "right": figure.right_label,
+        "beside": figure.beside(),
         "logX": figure.log_x,
         "lines": [
             {

@@ -18,7 +18,9 @@ from matplotlib.patheffects import withStroke
 from shaper_fmu.page.figures import Figure, Map
 
 _TITLE = 32
-"""Letters in a line of a panel's title."""
+"""Letters in a line of a map's panel's title."""
+WIDE_TITLE, HALF_TITLE = 76, 56
+"""The same of a figure that has the picture's width for itself, and of one beside another."""
 
 _SYMBOLS = {"circle": "o", "square": "s", "diamond": "D", "triangle-up": "^", "cross": "P"}
 _STYLES = {"solid": "-", "dash": "--", "dashdot": "-.", "dot": ":"}
@@ -39,13 +41,13 @@ def write_pictures(figures: Sequence[Figure], *paths: Path, columns: int = 1, ti
     FigureCanvasAgg(canvas)
     places = canvas.subplots(rows, columns, squeeze=False).flat
     for axes, figure in itertools.zip_longest(places, figures):
-        axes.set_axis_off() if figure is None else draw(figure, axes)
+        axes.set_axis_off() if figure is None else draw(figure, axes, WIDE_TITLE if columns == 1 else HALF_TITLE)
     canvas.suptitle(_escaped(title))
     return _save(canvas, paths)
 
 
-def draw(figure: Figure, axes: Any) -> None:
-    """Draw the figure on axes of matplotlib."""
+def draw(figure: Figure, axes: Any, title_letters: int = WIDE_TITLE) -> None:
+    """Draw the figure on axes of matplotlib; a title of more than `title_letters` gets further lines."""
     right = axes.twinx() if figure.right_label else axes
     drawn = []
     for line, (colour, dash), symbol in zip(figure.lines, figure.styles(), figure.symbols(), strict=True):
@@ -82,7 +84,14 @@ def draw(figure: Figure, axes: Any) -> None:
         )
     if figure.log_x:
         axes.set_xscale("log")
-    axes.set(title=_escaped(figure.title), xlabel=_escaped(figure.x_label), ylabel=_escaped(figure.y_label))
+    axes.set(
+        title=_escaped(textwrap.fill(figure.title, title_letters)), xlabel=_escaped(figure.x_label), ylabel=_escaped(figure.y_label)
+    )
+    if beside := figure.beside():
+        unit, factor = beside
+        above = axes.secondary_xaxis("top", functions=(lambda x: x * factor, lambda x: x / factor))
+        above.set_xlabel(f"[{unit}]", fontsize="small")
+        above.tick_params(labelsize="small")
     if axes.get_ylim()[0] > 0.0:
         axes.set_ylim(bottom=0.0)  # as in the page
     axes.grid(True, linewidth=0.4, color="#cccccc")

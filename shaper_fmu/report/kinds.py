@@ -31,7 +31,7 @@ def _price(sequences: Mapping[str, ImpulseSequence], mode: Mode) -> Table:
         periods = f"{one.duration * w / (2.0 * np.pi):.3f}"
         largest = f"{max(1.0, float(np.abs(np.cumsum(one.amplitudes)).max())):.4g}"
         rows.append([name, f"{one.duration:.4g}", periods, str(len(one.delays)), robust, largest])
-    head = ["kind", "delay [s]", "periods", "impulses", f"I({100.0 * mode.tolerance:.3g}%) [%]", "largest"]
+    head = ["kind", "delay [s]", "periods", "impulses", f"I({100.0 * mode.tolerance:.3g}%) [%]", "highest level"]
     return Table("Kinds of shapers", head, rows)
 
 
@@ -41,9 +41,9 @@ def _robustness(sequences: Mapping[str, ImpulseSequence], mode: Mode) -> Table:
     rows = []
     for name, one in sequences.items():
         left = [100.0 * one.residual_vibration((1.0 + by) * w, zeta) for by in WRONG_BY]
-        rows.append([name, *(f"{v:.2f}" if by == 0.0 else f"{v:.3g}" for v, by in zip(left, WRONG_BY, strict=True))])
+        rows.append([name, *(f"{v:.2f}" for v in left)])
     head = ["kind", *("as designed" if by == 0.0 else f"{by:+.0%}" for by in WRONG_BY)]
-    return Table("Residual vibration V [%], where the frequency is another by", head, rows)
+    return Table("Residual vibration V [%], where the actual frequency is off by", head, rows)
 
 
 def _figures(sequences: Mapping[str, ImpulseSequence], mode: Mode) -> list[Figure]:

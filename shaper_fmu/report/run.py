@@ -13,7 +13,7 @@ from shaper_fmu.master.diagram import diagram_of
 from shaper_fmu.master.results import Results
 from shaper_fmu.master.time_figures import number_text, time_figures
 from shaper_fmu.page.blocks import Block, Drawing, Table
-from shaper_fmu.page.figures import Figure, Line, label
+from shaper_fmu.page.figures import UNSHAPED_AND_SHAPED, Figure, Line, label
 
 if TYPE_CHECKING:
     from shaper_fmu.master.structure import SystemStructure
@@ -61,11 +61,14 @@ def _lines(runs: Mapping[str, Results], system: SystemStructure, target: tuple[s
     added = f" + {offset:g}" if offset else ""
     scaled = f"{source} (* {gain:g}{added})" if (gain, offset) != (1.0, 0.0) else source
     lines = []
-    for name, run in runs.items():
+    for k, (name, run) in enumerate(runs.items()):
         if source in run.values and shaped in run.values:
             own = f", {name}" if name else ""
             columns = np.asarray(gain * run.values[source] + offset), np.asarray(run.values[shaped])
-            lines += [Line(f"{text}{own}", run.time, column) for text, column in zip((scaled, shaped), columns, strict=True)]
+            lines += [
+                Line(f"{text}{own}", run.time, column, style=2 * k + style)
+                for text, column, style in zip((scaled, shaped), columns, UNSHAPED_AND_SHAPED, strict=True)
+            ]
     return lines
 
 

@@ -25,10 +25,9 @@ def write_point(store: Path | str, run: int, path: Path | str) -> dict[str, Any]
     with Store(store) as opened:
         found = next((known for known in opened.iterate() if known.id == run), None)
         if found is None:
-            total = sum(opened.counts().values())
-            raise NoSuchRunError(
-                f"{store}: there is no run {run}; the runs are numbered, {total} of them, as the table of 'export' shows"
-            )
+            numbers = [known.id for known in opened.iterate()]
+            known = f"its runs are {min(numbers)} to {max(numbers)}" if numbers else "no run is done yet"
+            raise NoSuchRunError(f"{store}: there is no run {run}; {known}")
         system = load_stored_system(opened).system
         study = opened.study()
     values = {**study.compare[found.compared], **found.varied}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from shaper_fmu.notebook.texts import percent
-from shaper_fmu.page.figures import Figure, Line, label
+from shaper_fmu.page.figures import UNSHAPED_AND_SHAPED, Figure, Line, label
 from shaper_fmu.tune.choice.shown import candidate_text
 
 if TYPE_CHECKING:
@@ -43,7 +43,8 @@ def response_figures(tuning: Tuning) -> list[Figure]:
     values = ", ".join(f"{name} = {value:.4g}" for name, value in shown.values.items())
     figures = []
     for name, (unshaped, shaped) in shown.outputs.items():
-        lines = [Line("unshaped", shown.time, unshaped), Line("shaped", shown.time, shaped)]
+        before, after = UNSHAPED_AND_SHAPED
+        lines = [Line("unshaped", shown.time, unshaped, style=before), Line("shaped", shown.time, shaped, style=after)]
         title = f"{name}, {shown.case}{f': {values}' if values else ''}"
         figures.append(Figure(f"response_{name}", title, "time [s]", label(name, shown.units[name]), lines))
     return figures

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal
@@ -136,6 +137,16 @@ class Tuning:
 
         tables = [modes_table(self.choice), front_table(self.choice)] if self.choice is not None else []
         return page(f"Tuning of {self.source}", tuning_facts(self), tables)
+
+
+def check_options(options: Mapping[str, Any], known: Callable[..., Any]) -> None:
+    """Raise ArgumentError for an option that `known` does not have; of a requirement it tells where it belongs."""
+    names = inspect.signature(known).parameters
+    for name in options:
+        if name in (one.name for one in fields(Requirements)):
+            raise ArgumentError(f"{name} is a requirement: give requirements=requirements_for(spread, {name}=...)")
+        if name not in names:
+            raise ArgumentError(f"tuning has no option {name!r}.{nearest(name, names)}")
 
 
 def requirements_for(spread: Mapping[str, float], **wanted: Any) -> Requirements:

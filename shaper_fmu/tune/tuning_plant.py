@@ -20,12 +20,13 @@ from shaper_fmu.tune.choice.reasons import percent
 from shaper_fmu.tune.choice.requirements import Requirements
 from shaper_fmu.tune.choice.result import fits, preferred
 from shaper_fmu.tune.choice.search import Candidate
+from shaper_fmu.tune.identify.experiment import experiment
 from shaper_fmu.tune.identify.range import PlantModes, identify_plant
 from shaper_fmu.tune.kept_runs import KeptRuns, Memory
 from shaper_fmu.tune.meter import Budget, BudgetError, Meter, Part
 from shaper_fmu.tune.plan import Cost, Plan, measured_cost, of_modes, plan_for
 from shaper_fmu.tune.plant import Plant
-from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, requirements_for
+from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, check_options, requirements_for
 from shaper_fmu.tune.tuning_amplitude import modes_over_command
 from shaper_fmu.tune.tuning_trial import integrators, shortfall, tightened, tried, untried
 from shaper_fmu.tune.verification.command import Command
@@ -86,6 +87,7 @@ def tune_plant(
     answer, ModelError for wrong names, SimulationError if the plant cannot be run, ArgumentError where the runs to resume from are
     those of another plant, input, range or version.
     """
+    check_options(options, experiment)
     checked_mapping("spread", spread, '{"mass": 0.1} for 10 %')
     checked_mapping("start", start, '{"angle": 0.1}')
     for name, share in (spread or {}).items():

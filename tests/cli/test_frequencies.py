@@ -19,6 +19,7 @@ SAME = [  # two ways to ask for the same design
     (["zvd", "-f", "0.8", "-z", "5%"], ["zvd", "-w", W, "-z", "0.05"]),
     (["zvd", "--frequency", "0.8"], ["zvd", "-w", "0.8Hz"]),
     (["zvd", "-w", "0.8 hz"], ["zvd", "-w", f"{W}rad/s"]),
+    (["zvd", "-f", "0.8Hz"], ["zvd", "-f", f"{W}rad/s"]),
     (["ei", "-f", "0.8", "--tolerance", "2%"], ["ei", "-w", W, "--tolerance", "0.02"]),
     (["direct_zv", "-f", "0.8", "-f", "3"], ["direct_zv", "-w", W, "-w", repr(6.0 * math.pi)]),
     (["si", "--low", "0.7Hz", "--high", "0.9Hz"], ["si", "--low", repr(1.4 * math.pi), "--high", repr(1.8 * math.pi)]),

@@ -17,7 +17,7 @@ PLANT = "tune MassSpringDamper.fmu --input force --output position"
 MISTAKES = {  # what is typed: what the message says
     "list InputShapr": "there is no component 'InputShapr'. Did you mean 'InputShaper'?",
     "build InputShaper2": "Did you mean 'InputShaper'?",
-    "build InputShaper --platform linux": "Did you mean 'i686-linux'?",
+    "build InputShaper --platform linux": "there is no platform 'linux'. Known: this (the machine here), x86_64-linux,",
     "build InputShaper --fmi 1": "'1' is not one of '2', '3'",
     "build InputShaper --start shape=zv": "no input or parameter 'shape'. Did you mean 'shaper'?",
     "build InputShaper --start shaper=zzv": "'zzv' is not a value of shaper. Did you mean 'zv'?",
@@ -29,7 +29,11 @@ MISTAKES = {  # what is typed: what the message says
     "check nowhere.fmu": "nowhere.fmu: No such file or directory",
     "info nowhere.ssp": "nowhere.ssp: No such file or directory",
     "design zvf -w 5": "Did you mean 'zv'?",
-    "design zvd": "--natural-frequency: give at least one",
+    "design zvd": "--natural-frequency: give at least one, such as -w 5 [rad/s] or -f 0.8 [Hz]",
+    "design zvd 5": "'5' is no shaper; only shapers are compared with each other. Numbers follow options: -w 5 is a frequency",
+    "design zvd -w 5,14": "'5,14' is not a number: a decimal has a point (5.14); an option that takes several values is repeated for each",
+    "design zvd -w 5kHz": "'5kHz' is not a number with a unit that is taken here: Hz, rad/s, or none",
+    "design s_curve -w 5": "without max_velocity and max_acceleration there is no shortest duration; give them, or a duration",
     "design zvd -w -5": "-5 is outside its domain: a finite number above 0",
     "design zvd -w 5 -z 1.2": "1.2 is outside its domain: 0 <= zeta < 1",
     "design zvd -w five": "'five' is not a number",
@@ -43,6 +47,12 @@ MISTAKES = {  # what is typed: what the message says
     "design zvd --modes nowhere.toml": "nowhere.toml: No such file or directory",
     "design zvd -w 5 --colour red": "No such option: --colour",
     "run nowhere.ssp": "nowhere.ssp: No such file or directory",
+    "run MassSpringDamper.fmu --until 2h": "'2h' is not a number with a unit that is taken here: us, ms, min, s, or none",
+    "run MassSpringDamper.fmu --solver-tolerance 1e-6s": "is not a number; its unit is that of the help, and not written",
+    "check crane": "crane: not a file but a system's folder; its archive is taken: shaper-fmu build crane makes crane.ssp",
+    "pack crane": "shaper-fmu build crane makes crane.ssp",
+    "tune crane --input a.b --output a.c": "shaper-fmu build crane makes crane.ssp",
+    "sweep system.ssp": "system.ssp: a system, not a study of it; shaper-fmu new study system.ssp writes one to begin with",
     "tune MassSpringDamper.fmu": "--input: name the input that gets the commands",
     "tune MassSpringDamper.fmu --input forc --output position": "no input 'forc'. Did you mean 'force'?",
     "tune MassSpringDamper.fmu --input force --output postion": "no variable 'postion'. Did you mean 'position'?",
@@ -84,6 +94,9 @@ def folder(fmus, tmp_path_factory) -> Path:
     (place / "MassSpringDamper.fmu").write_bytes((fmus / "MassSpringDamper.fmu").read_bytes())
     (place / "ringing.csv").write_text("time,x\n" + "".join(f"{0.01 * i},{math.cos(0.1 * i)}\n" for i in range(500)))
     (place / "text.fmu").write_text("no archive")
+    (place / "system.ssp").write_text("no archive")
+    (place / "crane").mkdir()
+    (place / "crane" / "SystemStructure.ssd").write_text("<ssd/>")
     (place / "notes.txt").write_text("a list")
     (place / "broken.toml").write_text("x = [")
     (place / "nameless.toml").write_text('system = "crane.ssp"\n')

@@ -14,6 +14,7 @@ from shaper_fmu import (
     System,
     build_fmu,
     compare,
+    profile,
     requirements_for,
     run_study,
     shaper,
@@ -59,6 +60,10 @@ SLIPS: dict[str, tuple[Callable[[Path], Any], str]] = {
     "requirements as a dictionary": (lambda f: tuned(f, INPUT, [OUTPUT], requirements={"tolerance": 0.05}), "such as requirements_for(spread)"),
     "start values as a list": (lambda f: tuned(f, INPUT, [OUTPUT], start_values=["mass"]), 'start_values = [\'mass\']: names with values are needed'),
     "an amplitude as text": (lambda f: tuned(f, INPUT, [OUTPUT], amplitude="0.2"), "did you mean 0.2?"),
+    "a requirement as an option": (lambda f: tuned(f, INPUT, [OUTPUT], tolerance=0.05), "requirements=requirements_for(spread, tolerance=...)"),
+    "an experiment's option misspelt": (lambda f: tuned(f, INPUT, [OUTPUT], exitation="step"), "Did you mean 'excitation'?"),
+    "an instance for its variable": (lambda f: spring(f).connect("shaper", "plant"), "'shaper' is an instance: name one of its variables, as in 'shaper."),
+    "too short for one limit": (lambda f: profile("trapezoid", 0.1, 0.1, max_velocity=0.1), "max_acceleration = no limit; the shortest possible duration is 1 s"),
     "a requirement misspelt": (lambda f: requirements_for({}, tolerence=0.05), "Did you mean 'tolerance'?"),
     "5 for 5 %": (lambda f: requirements_for({}, tolerance=5), "0 < tolerance < 1"),
     "a tolerance as text": (lambda f: requirements_for({}, tolerance="5%"), "did you mean 0.05?"),
@@ -95,3 +100,10 @@ def test_a_slip_is_told_with_what_is_right(fmus: Path, slip: str) -> None:
         call(fmus)
     assert told in str(error.value)
     assert not (fmus / "never.sqlite").exists()
+
+
+def test_a_folder_is_no_file_to_write(fmus: Path, tmp_path: Path) -> None:
+    (tmp_path / "runs.csv").mkdir()
+    with pytest.raises(IsADirectoryError, match=r"a folder, where a file shall be written: .*runs\.csv"):
+        ran(fmus).to_csv(tmp_path / "runs.csv")
+    assert [path.name for path in tmp_path.iterdir()] == ["runs.csv"]

@@ -9,6 +9,7 @@ import pytest
 from browser import Browser, browser, needs_chromium
 
 from shaper_fmu.page.chart import chart_script, chart_style
+from shaper_fmu.page.figures import Figure
 
 pytestmark = needs_chromium
 OPTIONS = """{ title: "two", x: "time [s]", y: "position [m]", right: "swing [rad]", logX: true, lines: [
@@ -179,3 +180,36 @@ def test_dragging_zooms_both_ways_and_escape_shows_all(chart: Browser):
     chart.run("other.element.querySelector('.u-over').focus()")
     chart.key("Escape")
     assert chart.run(ends) == pytest.approx(whole)
+
+
+def test_frequencies_have_ticks_in_both_units(chart: Browser):
+    """1 Hz is 2 pi rad/s: each tick above is at the place of its number in the unit below, and the numbers are round."""
+    chart.run(
+        "both = new Chart(document.body.appendChild(document.createElement('div')), { x: 'natural frequency [rad/s]', y: 'V',"
+        "beside: ['Hz', 0.5 / Math.PI], lines: [{ name: 'left' }] }); both.draw([2, 10, 18], [[0.8, 0, 0.6]])"
+    )
+    chart.until("both.plot.axes[2]._values?.length > 1")
+    ticks, places = chart.run("[both.plot.axes[2]._values, both.plot.axes[2]._splits]")
+    assert [float(text.removesuffix(" Hz")) for text in ticks] == pytest.approx([place / (2.0 * math.pi) for place in places])
+    assert all(text.removesuffix(" Hz") in {"0.5", "1", "1.5", "2", "2.5"} for text in ticks)
+    assert chart.run("both.plot.axes[2].scale") == "x"
+    chart.run("both.plot.setCursor({ left: both.plot.valToPos(10, 'x'), top: 5 })")
+    chart.until("both.element.querySelector('.u-legend').textContent.includes('10 rad/s (1.5915 Hz)')")
+
+
+@pytest.mark.parametrize(("numbers", "room"), [(["0", "1"], 58), (["\u22120.00015", "0"], 14 + 7.5 * 8)])
+def test_the_axis_has_room_for_its_numbers(chart: Browser, numbers, room):
+    assert chart.run(f"chartRoom(null, {numbers})") == room
+
+
+@pytest.mark.parametrize(
+    ("label", "beside"),
+    [
+        ("natural frequency [rad/s]", ("Hz", 1.0 / (2.0 * math.pi))),
+        ("frequency [Hz]", ("rad/s", 2.0 * math.pi)),
+        ("speed of the hub [rad/s]", None),
+        ("actual / design frequency", None),
+    ],
+)
+def test_which_axes_have_a_second_unit(label, beside):
+    assert Figure("f", "F", label, "V", []).beside() == (beside and (beside[0], pytest.approx(beside[1])))

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from browser import browser, needs_chromium
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure as Canvas
 from report_pages import figures_of, undrawn
 
+from shaper_fmu import find_component
+from shaper_fmu.export.documentation import documentation_page
 from shaper_fmu.page.blocks import Table, write_report
 from shaper_fmu.page.figures import Figure, Line, Map, Panels
+from shaper_fmu.page.pictures import HALF_TITLE, WIDE_TITLE, draw
 
 ROW = [
     "The residual vibration stays below the tolerated one even for the shortest move that was tried",
@@ -116,3 +122,35 @@ def test_a_line_of_the_right_axis_is_on_it(written):
     told = figures_of(written[0].read_text())["right"]
     assert [line.get("right", False) for line in told["lines"]] == [False, True]
     assert told["right"] == "rad"
+
+
+@needs_chromium
+@pytest.mark.parametrize("name", ["InputShaper", "OperatorPanel"])
+def test_the_page_of_an_fmu_fits_a_phone(name, tmp_path):
+    """Its tables scroll by themselves where they are wider; columns without a word are left out."""
+    page = tmp_path / "index.html"
+    page.write_text(documentation_page(find_component(name)), encoding="utf-8")
+    with browser(tmp_path) as chromium:
+        chromium.open(page.as_uri(), width=400, height=800, touch=True)
+        assert chromium.run("document.documentElement.scrollWidth") == 400
+        empty = chromium.run(
+            "[...document.querySelectorAll('table')].flatMap((table) => [...table.rows[0].cells].map((head, k) => [head.textContent,"
+            "[...table.rows].slice(1).map((row) => row.cells[k].textContent.trim()).join('')]).filter(([, text]) => !text))"
+        )
+        assert empty == []
+
+
+def test_the_title_of_a_picture_is_not_cut(tmp_path):
+    """Of each line of a title of 120 letters, over one panel and over each of two, the whole is within the picture."""
+    title = "Mode 1, identified as 1.336 to 1.476 rad/s (0.2126 to 0.235 Hz): residual vibration over the whole range of the ropes"
+    for columns in (1, 2):
+        canvas = Canvas(figsize=(8.0 if columns == 1 else 12.0, 4.5), layout="constrained")
+        places = np.atleast_1d(FigureCanvasAgg(canvas).figure.subplots(1, columns))
+        for axes in places:
+            draw(replace(figure("a"), title=title), axes, WIDE_TITLE if columns == 1 else HALF_TITLE)
+        canvas.draw_without_rendering()
+        for axes in places:
+            box = axes.title.get_window_extent()
+            assert box.x0 >= 0.0
+            assert box.x1 <= canvas.bbox.width
+            assert " ".join(axes.get_title().split()) == title

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from shaper_fmu.errors import BuildError, nearest
+from shaper_fmu.errors import BuildError
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def platform_named(name: str, component_fmi: int = 0) -> Platform:
         for known in PLATFORMS.values():
             if name.lower() in (known.fmi2_folder, known.fmi3_folder):  # as the folders in an FMU, and `info`, call it
                 raise BuildError(f"there is no platform {name!r}. Did you mean {known.name!r}?")
-        raise BuildError(f"there is no platform {name!r}.{nearest(name, PLATFORMS)}")
+        raise BuildError(f"there is no platform {name!r}. Known: this (the machine here), {', '.join(PLATFORMS)}.")
     return PLATFORMS[name]
 
 

@@ -3,6 +3,7 @@
 "use strict";
 
 const TICKS = 1000; // of a slider
+const HERTZ = ["Hz", 0.5 / Math.PI]; // the unit beside rad/s, and its factor
 
 function choice(select, items, chosen, changed) {
   select.replaceChildren();
@@ -28,7 +29,7 @@ function slider(into, told, value, changed) {
   const label = document.createElement("label");
   Object.assign(label, { htmlFor: id, textContent: told.label });
   const unit = document.createElement("span");
-  Object.assign(unit, { className: "unit", textContent: told.unit });
+  unit.className = "unit";
   const toTick = (x) => Math.round(TICKS * (told.log ? Math.log(x / told.low) / Math.log(told.high / told.low) : (x - told.low) / (told.high - told.low)));
   const rounded = (x) => Number(x.toPrecision(4));
   const fromTick = (k) => {
@@ -36,9 +37,15 @@ function slider(into, told, value, changed) {
     const x = told.log ? told.low * (told.high / told.low) ** share : told.low + (told.high - told.low) * share;
     return Math.min(told.high, Math.max(told.low, told.whole ? Math.round(x) : rounded(x)));
   };
+  const inHertz = told.unit === "rad/s" && told.label.includes("frequency");
+  const tell = (x) => {
+    const beside = inHertz ? `${Number((x * HERTZ[1]).toPrecision(4))} ${HERTZ[0]}` : "";
+    unit.replaceChildren(told.unit, ...(beside ? [document.createElement("br"), beside] : []));
+    range.setAttribute("aria-valuetext", `${x} ${told.unit}${beside ? `, ${beside}` : ""}`.trim());
+  };
   const show = (x) => {
     range.value = toTick(x);
-    range.setAttribute("aria-valuetext", `${x} ${told.unit}`.trim());
+    tell(x);
     if (document.activeElement !== number) number.value = x;
   };
   Object.assign(range, { id, min: 0, max: TICKS, step: 1 });
@@ -47,7 +54,7 @@ function slider(into, told, value, changed) {
   range.addEventListener("input", () => {
     const x = fromTick(Number(range.value));
     number.value = x;
-    range.setAttribute("aria-valuetext", `${x} ${told.unit}`.trim());
+    tell(x);
     changed(x);
   });
   number.addEventListener("input", () => {
@@ -57,6 +64,7 @@ function slider(into, told, value, changed) {
     number.setAttribute("aria-invalid", String(!right));
     if (!right) return void number.reportValidity();
     range.value = toTick(x);
+    tell(x);
     changed(x);
   });
   show(value);

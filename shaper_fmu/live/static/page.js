@@ -179,7 +179,7 @@ class LivePage {
     return {
       impulses: make("impulses", { title: "impulses", x: "delay [s]", y: "amplitude", ...room, lines: [{ name: "impulse", stems: true }] }),
       sensitivity: make("sensitivity", {
-        title: "sensitivity", x: "natural frequency [rad/s]", y: "V", ...share,
+        title: "sensitivity", x: "natural frequency [rad/s]", beside: HERTZ, y: "V", ...share,
         lines: [{ name: "shaper" }, { name: "whole command" }],
       }),
       command: make("command", { title: "command", x: "time [s]", y: "command", lines: [{ name: "shaped" }, { name: "unshaped" }] }),
@@ -190,7 +190,7 @@ class LivePage {
   show(result) {
     showNumbers(this.by("numbers"), this.state, result, this.page);
     drawCharts(this.charts, this.state, result);
-    const words = result.truth.map(([w, zeta]) => `${chartNumber(w)} rad/s, damping ratio ${chartNumber(zeta)}`);
+    const words = result.truth.map(([w, zeta]) => `${chartNumber(w)} rad/s (${chartNumber(w * HERTZ[1])} Hz), damping ratio ${chartNumber(zeta)}`);
     this.by("truth").textContent = words.length ? `Its own modes: ${words.join("; ")}` : "";
   }
 }

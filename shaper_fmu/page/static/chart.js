@@ -7,6 +7,9 @@
    label), { stems: true } (impulses), { symbols: "square" } (points without a line between them, see marks.js), { values: true }
    (markers on the line). Where the lines have times of their own, `draw` takes a list of them, one for each line (see join.js).
 
+   { beside: ["Hz", 0.159] } is a second unit of the horizontal axis, with its factor: its ticks are above the chart, and values below
+   it have both.
+
    `range` and `xRange` of the options are functions that make the axes' ends of the lines' (low, high); with { whole: true } levels
    and marks are in sight, too, and dragging zooms both axes.
 
@@ -76,13 +79,14 @@ class Chart extends Downloads {
 
   settings() {
     const { options } = this;
-    const axes = [chartAxis({ label: options.x, size: 32 }), chartAxis({ label: options.y, size: 58 })];
+    const axes = [chartAxis({ label: options.x, size: 32 }), chartAxis({ label: options.y, size: chartRoom })];
     const scales = { x: { time: false, distr: options.logX ? 3 : 1 }, y: { range: (u, low, high) => this.range(low, high, this.extras.levels) } };
     if (options.xRange || options.whole) scales.x.range = (u, low, high) => (this.zoomed ? [low, high] : this.xRange(low, high));
     if (options.right) {
-      axes.push(chartAxis({ label: options.right, size: 58, side: 1, scale: "right", grid: { show: false } }));
+      axes.push(chartAxis({ label: options.right, size: chartRoom, side: 1, scale: "right", grid: { show: false } }));
       scales.right = { range: (u, low, high) => this.range(low, high, []) };
     }
+    if (options.beside) axes.push(chartBeside(...options.beside, options.logX));
     const unit = (options.x.match(/\[(.*)\]/) ?? ["", ""])[1];
     const series = options.lines.map((line, i) => this.series(line, i));
     return {
@@ -90,7 +94,7 @@ class Chart extends Downloads {
       height: options.height,
       scales,
       axes,
-      series: [{ label: options.x.replace(/ *\[.*/, ""), value: (_, x) => `${chartNumber(x)} ${unit}` }, ...series],
+      series: [{ label: options.x.replace(/ *\[.*/, ""), value: (_, x) => `${chartNumber(x)} ${unit}${this.besides(x)}` }, ...series],
       cursor: {
         drag: { x: true, y: Boolean(options.whole), dist: 5, uni: 40 },
         points: { size: 7 },
@@ -102,6 +106,12 @@ class Chart extends Downloads {
         setSelect: [(u) => (this.zoomed = u.select.width > 0 || this.zoomed)],
       },
     };
+  }
+
+  /* A value of the horizontal axis in its second unit. */
+  besides(x) {
+    const { beside } = this.options;
+    return beside && x !== null && x !== undefined ? ` (${chartNumber(x * beside[1])} ${beside[0]})` : "";
   }
 
   series(line, i) {

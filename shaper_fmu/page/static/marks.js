@@ -71,6 +71,26 @@ function chartTrace(u, i, { x, y }) {
   return { stroke, fill: null, clip: null };
 }
 
+/* Room of a vertical axis: for the longest of its numbers. */
+function chartRoom(u, numbers) {
+  const longest = Math.max(...(numbers ?? []).map((one) => one.length), 0);
+  return Math.max(58, 7.5 * longest + 14);
+}
+
+/* An axis above a chart, with ticks at round numbers of another unit. */
+function chartBeside(unit, factor, log) {
+  const round = (u, _, low, high) => {
+    const rough = ((high - low) * factor) / Math.max(1, u.width / 90); // a number needs so many pixels
+    const power = 10 ** Math.floor(Math.log10(rough));
+    const step = power * [1, 2, 2.5, 5, 10].find((one) => one * power >= rough * (1 - 1e-9));
+    const first = Math.ceil((low * factor) / step - 1e-9);
+    const count = Math.floor((high * factor) / step + 1e-9) - first + 1;
+    return Array.from({ length: Math.max(count, 0) }, (__, k) => ((first + k) * step) / factor);
+  };
+  const values = (_, ticks) => ticks.map((one) => (one === null ? "" : `${chartNumber(one * factor)} ${unit}`));
+  return chartAxis({ scale: "x", side: 0, size: 24, grid: { show: false }, values, ...(log ? {} : { splits: round }) });
+}
+
 function chartBands({ ctx, bbox, valToPos }, bands) {
   ctx.save();
   ctx.beginPath();

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from shaper_fmu.page.blocks import Block, Text
-from shaper_fmu.page.figures import Figure, Line, Panels, label
+from shaper_fmu.page.figures import UNSHAPED_AND_SHAPED, Figure, Line, Panels, label
 from shaper_fmu.report.sweep.curves import thinned
 from shaper_fmu.report.tune.choice import left_of, role, shown_range
 from shaper_fmu.report.tune.modes import both_units, percent
@@ -123,7 +123,7 @@ def _response(tuning: Tuning) -> Figure:
     names = ("fastest within limits", "recommended") if isinstance(tuning.command, MoveCommand) else ("unshaped", "shaped")
     lines = [
         Line(name, *thinned(seen.time, factor * values), style=style)
-        for name, values, style in zip(names, seen.outputs[output], (1, 0), strict=True)
+        for name, values, style in zip(names, seen.outputs[output], UNSHAPED_AND_SHAPED, strict=True)
     ]
     title = f"{output}, before and after, {'nominal' if seen.case == 'nominal' else 'at worst'}"
     return Figure("decision_response", title, "time [s]", label(output, unit), lines)

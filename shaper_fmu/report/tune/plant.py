@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from shaper_fmu.page.blocks import Block, Table, Text
-from shaper_fmu.page.figures import Figure, Line, label
+from shaper_fmu.page.figures import UNSHAPED_AND_SHAPED, Figure, Line, label
 from shaper_fmu.report.sweep.curves import thinned
 from shaper_fmu.report.tune.modes import given, percent
 from shaper_fmu.tune.choice.moves import fastest_move
@@ -45,7 +45,10 @@ def response_blocks(tuning: Tuning, shown: Sequence[str]) -> list[Block]:
 def response_figure(tuning: Tuning, found: Responses, output: str, number: int, names: Sequence[str]) -> Figure:
     """One output over time, without and with what is recommended."""
     unit, factor = shown_unit(tuning, output)
-    lines = [Line(name, *thinned(found.time, factor * values)) for name, values in zip(names, found.outputs[output], strict=True)]
+    lines = [
+        Line(name, *thinned(found.time, factor * values), style=style)
+        for name, values, style in zip(names, found.outputs[output], UNSHAPED_AND_SHAPED, strict=True)
+    ]
     title = f"{output} after the command, {'nominal' if found.case == 'nominal' else 'worst case'}"
     return Figure(f"response_{found.case}_{number}", title, "time [s]", label(output, unit), lines)
 
@@ -67,8 +70,14 @@ def command_figure(tuning: Tuning, found: Responses) -> Figure:
         return np.repeat([begin, *times[order], end], 2)[1:-1], np.repeat(levels, 2)
 
     lines = [
-        Line("unshaped", *stairs(starts, jumps)),
-        Line("shaped", *stairs(np.add.outer(starts, sequence.delays).ravel(), np.outer(jumps, sequence.amplitudes).ravel())),
+        Line(name, *stairs(times, steps.ravel()), style=style)
+        for name, times, steps, style in zip(
+            ("unshaped", "shaped"),
+            (starts, np.add.outer(starts, sequence.delays).ravel()),
+            (jumps, np.outer(jumps, sequence.amplitudes)),
+            UNSHAPED_AND_SHAPED,
+            strict=True,
+        )
     ]
     return Figure("command", "The command", "time [s]", label(tuning.input, tuning.input_unit), lines)
 
@@ -84,7 +93,12 @@ def _move_figure(tuning: Tuning, command: MoveCommand, found: Responses) -> Figu
         (a * (command.input_of(law, t - d) - command.rest) for a, d in zip(sequence.amplitudes, sequence.delays, strict=True)),
         np.full(len(t), command.rest),
     )
-    lines = [Line("fastest within limits", t, command.input_of(fastest, t)), Line("recommended", t, shaped)]
+    lines = [
+        Line(name, t, values, style=style)
+        for name, values, style in zip(
+            ("fastest within limits", "recommended"), (command.input_of(fastest, t), shaped), UNSHAPED_AND_SHAPED, strict=True
+        )
+    ]
     return Figure("command", "The move", "time [s]", label(tuning.input, tuning.input_unit), lines)
 
 

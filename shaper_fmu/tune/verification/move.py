@@ -120,5 +120,6 @@ def order_of_input(plant: Plant, move: Move) -> int:
             ]
         )
     if order and fastest_move(move).duration == 0.0:
-        raise ModelError([f"{plant.short(plant.input)} [{plant.input_unit}] needs a move with limits (max_acceleration)"])
+        limits = "give max_acceleration, on the command line --max-acceleration"
+        raise ModelError([f"{plant.short(plant.input)} [{plant.input_unit}] cannot jump, so the move needs limits: {limits}"])
     return order
