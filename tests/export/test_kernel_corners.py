@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from compiled_kernels import ZIG, Kernels, record_of
 from meaning_kernels import cases_component
-from test_kernel_meaning import HELPERS, INTEGER, UNDEFINED, check
+from test_kernel_meaning import HELPERS, INEXACT, INTEGER, UNDEFINED, check, check_on_32_bits
 
 from shaper_fmu.errors import BuildError
 from shaper_fmu.export.c.translate import translated
@@ -190,3 +190,9 @@ def test_nan_among_values_is_told(tmp_path, sought):
     component = cases_component(tmp_path, [f"x = math.inf * m.positive - math.inf\nm.y = 1.0 if {sought} else 0.0"])
     with pytest.raises(ArithmeticError, match="NaN is looked for among values"):
         Kernels(component).step(record_of(component(u=1.0)), 0.0, 0.1)
+
+
+@pytest.mark.thorough
+def test_corners_have_one_meaning_on_32_bits(tmp_path):
+    exact = [body for body in EXPRESSIONS if not INEXACT.search(body)]
+    check_on_32_bits(cases_component(tmp_path, exact), exact, random.Random(13), 20, tmp_path)

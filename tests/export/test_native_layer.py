@@ -38,6 +38,8 @@ def compiler(name: str) -> list[str]:
 @pytest.mark.parametrize("name", COMPILERS)
 def test_the_layer_compiles_without_a_warning(name, tmp_path):
     for source in sorted(LAYER.glob("*.c")):
+        if source.name == "windows.c":  # no part of the layer: it stands in for a C library
+            continue
         command = [
             *compiler(name),
             "-O2",
