@@ -55,6 +55,11 @@ def bump(m):
     return m.k
 
 
+def touch(m):
+    m.secret = 7.0
+    return 2.0
+
+
 def position_alone(x, /, y=2.0):
     return x - y
 
@@ -82,6 +87,10 @@ EXPRESSIONS = [
     "m.y = 1.0 if m.u in (1.0, 0.0, 1.0 / m.v) else 0.0", "m.y = 1.0 if m.u in (stored(m, 1.0), stored(m, 2.0)) else 0.0", "1.0 / m.v", "m.a[m.i]",
     "m.flag and 1.0 / m.v > 0", "m.b[bump(m) % 4] += 1", "m.b[bump(m) % 4] *= bump(m)", "m.b[m.k] += bump(m)", "m.b[m.k] = bump(m)", "m.b[m.k], m.y = bump(m), 1.0",
     "m.y = with_default(factor=stored(m, 2.0), x=m.secret)", "m.y = float(m.u < stored(m, 1.0) < m.v)", "return m.n * 4294967296", "return -m.few",
+    "m.k = bump(m) - bump(m) * m.k", "m.y = float(bump(m) + m.k * bump(m))", "m.y = float(m.k + m.k * bump(m))", "for i in range(bump(m), bump(m) + m.k):\n    m.y += float(i)",
+    "m.y = with_default(m.k, m.k * bump(m))", "m.y = float((m.k, m.k * bump(m))[0])", "m.k += m.k * bump(m)", "a, b = m.k, m.k * bump(m)\nm.y = a - b", "m.y = float(m.k < m.k * bump(m))",
+    "m.y = math.atan2(m.k, m.k * bump(m))", "m.y = float(max(m.k, m.k - bump(m)))", "a, b = touch(m), m.u\nm.y = m.secret + b", "m.y = float(len((bump(m), touch(m)))) + m.k",
+    "len((1.0 / m.v, 1.0))", "for x in (1.0 / m.v, 2.0):\n    pass",
     # powers and functions at infinity
     "m.y = 1.0 / 0.0 ** (-math.inf * m.positive)", "m.y = 1.0 / math.pow(0.0, -math.inf * m.positive)", "m.y = 1.0 / math.hypot(1e308 * m.positive, 1.7e308)",
     # loops

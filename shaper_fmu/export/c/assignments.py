@@ -36,7 +36,7 @@ class Assignments(Blocks):
         """a, b = x, y: all values before any is stored."""
         if len(targets) != len(values) or any(isinstance(v, ast.Starred) for v in [*targets, *values]):
             self.scope.refuse(s, f"{len(values)} values do not fit to {len(targets)} names")
-        codes = [self.e.of(value) for value in values]
+        codes = self.e.in_turn(values)
         if any(code.range.constant is None for code in codes[1:]) or any(not isinstance(t, ast.Name) for t in targets):
             codes = [
                 code if code.kind in NUMBERS and code.range.constant is not None else self.scope.temporary(code) for code in codes
@@ -113,8 +113,8 @@ class Assignments(Blocks):
     def _augassign(self, s: ast.AugAssign) -> None:
         if isinstance(s.target, ast.Subscript) and (_calls(s.target) or _calls(s.value)):
             self.e.hold_index(s.target)  # it is evaluated once, before the value
-        target = self.e.number(s.target if isinstance(s.target, ast.Subscript) else _loaded(s.target))
-        value = self.e.number(s.value)
+        loaded = s.target if isinstance(s.target, ast.Subscript) else _loaded(s.target)
+        target, value = self.e.in_turn([loaded, s.value])
         code = operators.binary(self.scope, s, s.op, target, value)
         symbol = _ASSIGNING.get(type(s.op))
         if isinstance(s.target, ast.Name):

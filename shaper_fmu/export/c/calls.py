@@ -61,7 +61,7 @@ class Calls:
         if isinstance(target, type | type(abs)) and target in builtin:
             if node.keywords or any(isinstance(a, ast.Starred) for a in node.args):
                 scope.refuse(node, f"{ast.unparse(node)}: write the arguments out, without names")
-            return builtin[target](e, node, [e.of(argument) for argument in node.args])
+            return builtin[target](e, node, e.in_turn(node.args))
         if target is sum:
             scope.refuse(node, "sum does not compile: from Python 3.12 on it compensates for rounding; add in a loop")
         scope.refuse(node, f"{ast.unparse(node.func)!r} does not compile; a kernel may call functions of math, and plain functions")
@@ -90,8 +90,10 @@ class Calls:
         """The arguments in the order of the function's."""
         scope = e.scope
         names, defaults = parameters_of(callee)
-        given = list(self._given(e, node))
-        keywords = [e.of(keyword.value) for keyword in node.keywords]
+        one_by_one = [argument for argument in node.args if not isinstance(argument, ast.Starred)]
+        values = iter(e.in_turn([*one_by_one, *[keyword.value for keyword in node.keywords]]))
+        given = list(self._given(e, node, values))
+        keywords = list(values)
         ordered = scope.in_order(node, [*given, *keywords])  # as they are written
         given, keywords = ordered[: len(given)], ordered[len(given) :]
         if len(given) > len(names):
@@ -113,10 +115,10 @@ class Calls:
             scope.refuse(node, f"{callee.name} is not given {', '.join(missing)}")
         return [found[name] for name in names]
 
-    def _given(self, e: Expressions, node: ast.Call) -> Iterator[Code]:
+    def _given(self, e: Expressions, node: ast.Call, values: Iterator[Code]) -> Iterator[Code]:
         for argument in node.args:
             if not isinstance(argument, ast.Starred):
-                yield e.of(argument)
+                yield next(values)
                 continue
             packed = e.of(argument.value)
             if not isinstance(packed.kind, Struct) and not isinstance(packed.value, tuple):
@@ -204,6 +206,8 @@ class Calls:
         size = len(kind.items) if isinstance(kind, Struct) and size is None else size
         if size is None:
             e.scope.refuse(node, f"{ast.unparse(node)}: {kind} has no length")
+        if codes[0].writes or "fault" in codes[0].text:  # its items are computed, though nobody asks for them
+            e.held_value(node, codes[0])
         return Code(str(size), INTEGER, r.Range(size, size))
 
     def _round(self, e: Expressions, node: ast.Call, codes: list[Code]) -> Code:
@@ -230,7 +234,7 @@ class Calls:
 
     def _math(self, e: Expressions, node: ast.Call, name: str) -> Code:
         scope = e.scope
-        codes = [e.of(argument) for argument in node.args]
+        codes = e.in_turn(node.args)
         operators.numbers(scope, node, *codes)
         codes = scope.in_order(node, codes)
         if node.keywords:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from functools import partial
 from typing import TYPE_CHECKING
 
 from shaper_fmu.export.c import operators
@@ -15,7 +16,9 @@ if TYPE_CHECKING:
 
 def compare(e: Expressions, node: ast.Compare) -> Code:
     """The operands from left to right, each once, and none behind a comparison that does not hold."""
-    left, tests = e.of(node.left), []
+    first = [node.left, *([] if isinstance(node.ops[0], ast.In | ast.NotIn) else node.comparators[:1])]
+    left, *second = e.in_turn(first)
+    tests = []
     for i, (op, right) in enumerate(zip(node.ops, node.comparators, strict=True)):
         if isinstance(op, ast.Is | ast.IsNot):
             e.scope.refuse(node, "`is` compares Python's objects, numbers are compared with ==")
@@ -23,8 +26,7 @@ def compare(e: Expressions, node: ast.Compare) -> Code:
             tests.append(_among(e, node, left, right, isinstance(op, ast.NotIn)))
             continue
         if i == 0:
-            other = e.of(right)
-            left, other = e.scope.in_order(node, [left, other])
+            left, other = e.scope.in_order(node, [left, *second])
         else:
             with e.scope.unordered():
                 other = e.of(right)
@@ -44,7 +46,8 @@ def _among(e: Expressions, node: ast.AST, value: Code, among: ast.expr, negative
     if not value.text.isidentifier():
         value = e.held_value(node, value)
     if isinstance(among, ast.Tuple | ast.List):
-        codes = [e.number(element) for element in among.elts]  # all of them, and then they are compared
+        steps = [lambda: value, *[partial(e.number, element) for element in among.elts]]
+        value, *codes = e.scope.one_by_one(steps)  # all of them, and then they are compared
         value, *codes = e.scope.in_order(node, [value, *codes])
         if any(code.writes or "fault" in code.text for code in codes):
             if not e.scope.ordered:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import ast
 import enum
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from functools import partial
 from types import ModuleType
 from typing import Any
 
@@ -52,6 +53,10 @@ class Expressions:
         code = self.of(node)
         operators.numbers(self.scope, node, code)
         return code
+
+    def in_turn(self, nodes: Iterable[ast.expr]) -> list[Code]:
+        """Expressions of which each is evaluated after the one before."""
+        return self.scope.one_by_one([partial(self.of, node) for node in nodes])
 
     def truth(self, node: ast.expr) -> Code:
         """Whether an expression counts as true; `and`, `or` and `not` of such."""
@@ -170,7 +175,9 @@ class Expressions:
         return Code(f"{owner.at(ATOM)}.item{number}", kind, found, reads=owner.reads, writes=owner.writes, whole=whole)
 
     def _binop(self, node: ast.BinOp) -> Code:
-        return operators.binary(self.scope, node, node.op, self.number(node.left), self.number(node.right))
+        left, right = self.in_turn([node.left, node.right])
+        operators.numbers(self.scope, node, left, right)
+        return operators.binary(self.scope, node, node.op, left, right)
 
     def _unaryop(self, node: ast.UnaryOp) -> Code:
         if isinstance(node.op, ast.Not):
@@ -232,7 +239,7 @@ class Expressions:
         return compare(self, node)
 
     def _tuple(self, node: ast.Tuple) -> Code:
-        codes = self.scope.in_order(node, [self.of(element) for element in node.elts])
+        codes = self.scope.in_order(node, self.in_turn(node.elts))
         return self.tuple_of(node, codes)
 
     def tuple_of(self, node: ast.AST, codes: list[Code]) -> Code:

@@ -65,7 +65,7 @@ class Loops(Assignments):
         scope = self.scope
         if not isinstance(s.target, ast.Name) or not 1 <= len(call.args) <= 3 or call.keywords:
             scope.refuse(s, f"write 'for name in range(...)', not {ast.unparse(s.target)} in {ast.unparse(call)}")
-        codes = scope.in_order(s, [self.e.of(argument) for argument in call.args])
+        codes = scope.in_order(s, self.e.in_turn(call.args))
         for code, argument in zip(codes, call.args, strict=True):
             if code.kind not in (INTEGER, BOOLEAN):
                 scope.refuse(s, f"range({ast.unparse(argument)}) is of {code.kind}; write int(...)")
@@ -156,6 +156,9 @@ class Loops(Assignments):
         targets = s.target.elts if isinstance(s.target, ast.Tuple) and len(items) > 1 else [s.target]
         if len(targets) != len(items):
             scope.refuse(s, f"{len(items)} values do not fit to {ast.unparse(s.target)}")
+        if all(isinstance(target, ast.Name) and target.id not in scope.read for target in targets):
+            for whole in wholes:
+                scope.say(f"(void){whole.text};")
         with scope.inside(block.body):
             for target, item in zip(targets, items, strict=True):
                 self.store(target, item)
@@ -181,7 +184,7 @@ class Loops(Assignments):
                     f"for does not run over {ast.unparse(node)}, which is {whole.kind}; it runs over range(...), arrays and tuples",
                 )
             return whole
-        codes = scope.in_order(s, [self.e.of(element) for element in node.elts])
+        codes = scope.in_order(s, self.e.in_turn(node.elts))
         return self._gathered(s, codes)
 
     def _gathered(self, s: ast.For, codes: list[Code]) -> Code:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from types import FunctionType
 from typing import Any, NoReturn
@@ -51,8 +51,8 @@ class FunctionScope:
         self.unit.flag(self.function, "faults")
         return "fault"
 
-    def say(self, text: str, sets: str = "") -> None:
-        self.lines.append(Line(text, sets))
+    def say(self, text: str, sets: str = "", does: bool = False) -> None:
+        self.lines.append(Line(text, sets, does=does))
 
     @contextmanager
     def inside(self, body: Body) -> Iterator[None]:
@@ -155,7 +155,7 @@ class FunctionScope:
             return
         c = self.local(name)
         self.unit.use(known.kind)
-        self.say(f"{c} = {self.as_kind(code, known.kind, node)};", c)
+        self.say(f"{c} = {self.as_kind(code, known.kind, node)};", c, code.writes)
         self.set_names.add(c)
 
     def temporary(self, code: Code, name: str = "value") -> Code:
@@ -164,7 +164,7 @@ class FunctionScope:
             return code
         c = self.fresh(name)
         self.unit.use(code.kind)
-        self.say(f"{'' if isinstance(code.kind, Array) else 'const '}{code.kind.c}{c} = {code.text};", c)
+        self.say(f"{'' if isinstance(code.kind, Array) else 'const '}{code.kind.c}{c} = {code.text};", c, code.writes)
         return code._replace(text=c, level=0, reads=False, writes=False, narrow=False)
 
     def as_kind(self, code: Code, kind: Kind, node: ast.AST | None = None) -> str:
@@ -185,6 +185,20 @@ class FunctionScope:
                 return f"make_{kind.c.strip()}({', '.join(parts)})"
         return code.text
 
+    def one_by_one(self, steps: Iterable[Callable[[], Code]]) -> list[Code]:
+        """What steps find, one after the other: what the earlier ones read or do comes before the lines that a later one needs."""
+        codes: list[Code] = []
+        for step in steps:
+            before = len(self.lines)
+            code = step()
+            if len(self.lines) > before and any(_depends(earlier) for earlier in codes):
+                later = self.lines[before:]
+                del self.lines[before:]
+                codes = [self.temporary(earlier) if _depends(earlier) else earlier for earlier in codes]
+                self.lines += later
+            codes.append(code)
+        return codes
+
     def in_order(self, node: ast.AST, codes: list[Code]) -> list[Code]:
         """Operands whose order of evaluation matters, in Python's order: C has none."""
         if not any(code.writes for code in codes) or sum(code.reads or code.writes for code in codes) < 2:
@@ -192,3 +206,8 @@ class FunctionScope:
         if not self.ordered:
             self.refuse(node, "a call that changes variables stands among other values here; write the call as a line of its own")
         return [self.temporary(code) if code.reads or code.writes else code for code in codes]
+
+
+def _depends(code: Code) -> bool:
+    """Whether it matters when a value is computed."""
+    return (code.reads or code.writes) and not isinstance(code.kind, Array)

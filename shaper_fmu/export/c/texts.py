@@ -11,14 +11,14 @@ from shaper_fmu.export.c.unit import Unit, field_name
 from shaper_fmu.export.c.writing import comment, inside_comment
 
 
-def struct_text(kind: Struct) -> str:
-    """The definition of a struct, and the function that makes one."""
+def struct_text(kind: Struct, is_made: bool) -> str:
+    """The definition of a struct, and the function that makes one if it is used."""
     name = kind.c.strip()
     members = " ".join(f"{item.c}item{i};" for i, item in enumerate(kind.items))
     arguments = ", ".join(f"{item.c}item{i}" for i, item in enumerate(kind.items))
     sets = " ".join(f"made.item{i} = item{i};" for i in range(len(kind.items)))
     make = [f"static inline {name} make_{name}({arguments}) {{", f"    {name} made;", f"    {sets}", "    return made;", "}"]
-    return "\n".join([f"typedef struct {{ {members} }} {name};", "", *make])
+    return "\n".join([f"typedef struct {{ {members} }} {name};", *(["", *make] if is_made else [])])
 
 
 def record_text(component: type[Component]) -> str:
@@ -37,9 +37,8 @@ def unit_text(unit: Unit, entries: str) -> str:
     component = unit.component
     head = comment(f"The kernels of {component.__name__}, translated from Python; do not change them here.")
     parts = ["\n".join([*head, "", '#include "kernel.h"', '#include "record.h"'])]
-    if unit.structs:
-        parts += [struct_text(kind) for kind in unit.structs.values()]
     functions = [function.text for function in unit.order]
+    parts += [struct_text(kind, f"make_{kind.c.strip()}(" in "".join(functions)) for kind in unit.structs.values()]
     named = set(re.findall(r"[A-Za-z_]\w*", "\n".join(functions)))  # a table whose length alone is asked for is not
     used = [text for c, text in unit.constants.items() if named & ({c} | _items(text))]
     if used:

@@ -16,6 +16,7 @@ class Line:
     text: str
     sets: str = ""
     comment: str = ""
+    does: bool = False  # more than to set it: its value is that of a call which changes memory
 
     @property
     def names(self) -> set[str]:
@@ -59,7 +60,8 @@ def _read_names(body: Body) -> set[str]:
             found |= _names(item.opening) | _read_names(item.body)
         else:
             value = item.text.split(" = ", 1)[-1]
-            found |= item.names if not item.sets else _names(value) - (set() if _may_fault(value) else {item.sets})
+            kept = item.does or _may_fault(value)
+            found |= item.names if not item.sets else _names(value) - (set() if kept else {item.sets})
     return found
 
 
@@ -77,7 +79,7 @@ def _remove_setting(body: Body, read: set[str]) -> bool:
             changed |= _remove_setting(item.body, read)
         elif item.sets and item.sets not in read:
             value = item.text.split(" = ", 1)[1]
-            body[i : i + 1] = [Line(f"(void)({value[:-1]});", comment=item.comment)] if _may_fault(value) else []
+            body[i : i + 1] = [Line(f"(void)({value[:-1]});", comment=item.comment)] if item.does or _may_fault(value) else []
             changed = True
     return changed
 
