@@ -23,6 +23,8 @@ from shaper_fmu.tune.verification.command import Command
 
 _AXIS = re.compile(r"(?:^|[_ .-])([xyz])$", re.IGNORECASE)
 _UNSTABLE = ("unstable", "growth")
+_OPEN = (*CONTRADICTING, "time_unit")
+"""Findings with which the modes are not proven: also where the unit of time was assumed, since all frequencies depend on it."""
 
 
 @renamed_argument("wish", "requirements")
@@ -105,7 +107,7 @@ def _tuned(recordings: Sequence[MeasuredIdentification], names: Sequence[str], r
         "for_modes_found", "", names[0], "", "", Command(), measured.outputs, {}, None, None, measured, None, None, (),
         findings,
     )  # fmt: skip
-    against = [one for one in findings if one.code in CONTRADICTING]
+    against = [one for one in findings if one.code in _OPEN]
     reasons = "; ".join(one.text for one in against)
     if against and all(one.code in _UNSTABLE for one in against):  # what contradicts a fit contradicts its unstable poles
         return replace(found, verdict="unstable", summary=reasons)

@@ -27,7 +27,7 @@ from shaper_fmu.tune.meter import Budget, BudgetError, Meter, Part
 from shaper_fmu.tune.plan import Cost, Plan, measured_cost, of_modes, plan_for
 from shaper_fmu.tune.plant import Plant
 from shaper_fmu.tune.tuning import AGAINST_NO_VIBRATION, Say, Tuning, Verdict, check_options, requirements_for
-from shaper_fmu.tune.tuning_amplitude import modes_over_command
+from shaper_fmu.tune.tuning_amplitude import modes_over_command, swings_at_size
 from shaper_fmu.tune.tuning_trial import integrators, shortfall, tightened, tried, untried
 from shaper_fmu.tune.verification.command import Command
 from shaper_fmu.tune.verification.move import order_of_input
@@ -169,7 +169,11 @@ def _tuned(
         "tuned", "", plant.name, plant.short(plant.input), plant.input_unit, step,
         tuple(names), spread, plant, modes, None, None, None, (), modes.findings,
     )  # fmt: skip
-    hopeless = _hopeless(modes)
+    hopeless = hopeless_verdict(modes)
+    if hopeless is not None and hopeless[0] == "no_vibration":
+        nominal = corners(plant.nominal_values(spread), spread)[0]
+        moving = swings_at_size(plant, modes.nominal, nominal, size, options)
+        hopeless = ("not_proven", f"no mode of vibration was found at the nominal point, but {moving}") if moving else hopeless
     if hopeless is not None:
         return replace(found, verdict=hopeless[0], summary=hopeless[1])
     say("choosing a shaper")
@@ -286,9 +290,12 @@ def _vibrating(modes: PlantModes) -> list[str]:
     return seen or list(modes.nominal.outputs)
 
 
-def _hopeless(modes: PlantModes) -> tuple[Verdict, str] | None:
+def hopeless_verdict(modes: PlantModes) -> tuple[Verdict, str] | None:
     """Why there is nothing to choose, if that is so."""
+    nonlinear = [one.text for one in modes.findings if one.code == "nonlinear"]
     for one in modes.findings:
+        if one.code in _UNSTABLE and nonlinear:  # poles that fit no linear motion may grow where nothing does
+            return "not_proven", f"{one.text}, but poles prove nothing here: {'; '.join(nonlinear)}"
         if one.code in _UNSTABLE:
             text = "no command shaper can help a plant that is unstable: stabilise it by feedback first, and tune the closed loop"
             return "unstable", f"{one.text}; {text}"

@@ -11,7 +11,7 @@ from faulty_fmus import library
 
 _STARTS = {"mass": 1.0, "w": 10.0, "w2": 30.0, "lag": 1.0, "slip": 1e-3, "c1": 1.0}
 _PARAMETERS = """
-    mass w z w2 z2 b2 e1 e2 lag series cubic pendulum friction slip velocity c1 c2 cl ci cj d drift noise seed euler inner q0 s0 l0
+    mass w z w2 z2 b2 e1 e2 lag series cubic pendulum friction slip velocity c1 c2 cl ci cj d drift noise seed euler inner q0 s0 l0 count dead
 """
 _VARIABLES = [
     ("u", "input", 0.0), ("u2", "input", 0.0), ("load", "input", 1.0), ("y", "output", None), ("y2", "output", None),

@@ -11,6 +11,7 @@ from command_line import typed
 from shaper_fmu.analysis.identification import IdentificationError, free_response
 from shaper_fmu.analysis.identification.clipping import check_clipping
 from shaper_fmu.tune.identify.measured import identify_measured
+from shaper_fmu.tune.identify.measured_parts import identify_ring_downs
 from shaper_fmu.tune.identify.measured_table import Table, read_table
 from shaper_fmu.tune.tuning_measured import tune_measured
 
@@ -159,3 +160,34 @@ def test_an_encoders_good_ring_down_is_tuned():
     assert found.measured is not None
     (mode,) = found.measured.identification.modes
     assert mode.natural_frequency == pytest.approx(W, rel=1e-4)
+
+
+def test_with_an_assumed_unit_of_time_nothing_is_proven(tmp_path):
+    """Sample numbers, or milliseconds without a unit, are not seconds: all frequencies would be wrong."""
+    for header in ("time,x", "sample,x"):
+        written(tmp_path / "r.csv", header, 1e3)
+        done = typed("tune", "r.csv", "--no-report", cwd=tmp_path)
+        assert done.returncode == 1
+        assert "not proven: " in done.stdout
+        assert "tell the unit (--time-unit)" in done.stdout
+
+
+def test_a_temperature_is_not_the_time(tmp_path):
+    rows = "\n".join(f"{1e3 * t:.6f},{x!r},{25.0 - t}" for t, x in zip(T.tolist(), X.tolist(), strict=True))
+    (tmp_path / "r.csv").write_text(f"time_ms,x,T\n{rows}\n")
+    found = identify_measured(tmp_path / "r.csv", ["x"])
+    assert [mode.pole for mode in found.identification.modes] == pytest.approx([POLE], rel=1e-6)
+
+
+@pytest.mark.parametrize("rows", [1, 2])
+@pytest.mark.filterwarnings("error")
+def test_too_few_rows_are_told(tmp_path, rows):
+    (tmp_path / "r.csv").write_text("t,x\n" + "".join(f"{k},1.0\n" for k in range(rows)))
+    with pytest.raises(IdentificationError, match="one row of" if rows == 1 else "2 rows of"):
+        identify_ring_downs(tmp_path / "r.csv")
+
+
+def test_a_constant_column_does_not_move(tmp_path):
+    (tmp_path / "r.csv").write_text("t,x\n" + "".join(f"{0.01 * k},1.0\n" for k in range(500)))
+    with pytest.raises(IdentificationError, match="nothing moves"):
+        identify_ring_downs(tmp_path / "r.csv")

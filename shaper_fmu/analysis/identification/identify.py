@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -18,6 +19,8 @@ from shaper_fmu.analysis.identification.result import Identification
 MOST_POLES = 24
 SMALLEST_SHARE = 1e-4
 RESOLUTION = 1e-7
+_SURELY = 1.15
+"""What noise may be more than its standard deviation by chance."""
 
 
 def identify(
@@ -57,10 +60,18 @@ def identify(
     )  # fmt: skip
 
 
-def unexplained(response: FreeResponse, found: Identification) -> float:
-    """The part of this record that the poles found in another one do not explain: RMS of the residual over the response, 0 to 1."""
+def unexplained(response: FreeResponse, found: Identification, noise: np.ndarray | None = None) -> float:
+    """The part of this record that the poles found in another one do not explain: RMS of the residual over the response, 0 to 1.
+
+    With `noise`, the standard deviation of white noise in each output, shape (m,), what exceeds that.
+    """
     left = left_by(response, found).residual
-    return float(np.sqrt(np.mean(left * left)))
+    power = float(np.mean(left * left))
+    if noise is not None:
+        data = scaled([response], RESOLUTION)
+        sizes = np.array([noise[column] for _, column in data.column]) / data.scale
+        power -= float(np.mean((_SURELY * sizes) ** 2))
+    return math.sqrt(max(0.0, power))
 
 
 def left_by(response: FreeResponse, found: Identification) -> Fit:

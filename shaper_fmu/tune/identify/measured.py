@@ -19,11 +19,11 @@ from shaper_fmu.analysis.identification import (
 from shaper_fmu.analysis.identification.beginning import Beginnings, cut, first_free
 from shaper_fmu.analysis.identification.clipping import check_clipping
 from shaper_fmu.analysis.identification.forced import identify_forced
-from shaper_fmu.analysis.identification.record import FEWEST_SAMPLES
+from shaper_fmu.analysis.identification.record import FEWEST_SAMPLES, scaled
 from shaper_fmu.analysis.identification.swept import Sweep, find_sweep
 from shaper_fmu.errors import nearest
 from shaper_fmu.tune.identify.measured_clock import time_column
-from shaper_fmu.tune.identify.measured_grid import quantisation, uniform_samples
+from shaper_fmu.tune.identify.measured_grid import check_times, quantisation, uniform_samples
 from shaper_fmu.tune.identify.measured_lines import without_lines
 from shaper_fmu.tune.identify.measured_result import MeasuredIdentification
 from shaper_fmu.tune.identify.measured_sweep import of_sweep
@@ -92,7 +92,7 @@ def identify_measured(
     if not names:
         raise IdentificationError("there is no column of a response besides the time")
     values = np.column_stack([table[name] for name in names])
-    _check_times(t)
+    check_times(t)
     findings: list[Finding] = [*table.notes, *assumed]
     if command is not None:
         if input is not None or excitation_end is not None:
@@ -119,6 +119,7 @@ def identify_measured(
         looks = Beginnings(whole, smallest_share)
         start = first_free(whole, smallest_share, looks)
         if start is None:
+            scaled([whole], 0.0)  # refuses what does not move at all
             raise IdentificationError(_UNKNOWN)
         start += behind
         grid, uniform, response = grid[start:], uniform[start:], cut(response, start)
@@ -182,13 +183,6 @@ def _column(table: Table, name: str) -> str:
     if name not in table.names:
         raise IdentificationError(f"the table has no column {name!r}.{nearest(name, table.names)}")
     return name
-
-
-def _check_times(t: np.ndarray) -> None:
-    steps = np.diff(t)
-    if len(t) < 3 or not (steps > 0.0).all():
-        row = int(np.argmax(steps <= 0.0)) if len(t) > 1 else 0
-        raise IdentificationError(f"time does not increase from row {row + 1} on ({t[row] if len(t) else 0.0:g} s)")
 
 
 def _beginning(t: np.ndarray, excitation: np.ndarray | None, given: float | None) -> tuple[int | None, str]:

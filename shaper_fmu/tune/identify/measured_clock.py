@@ -53,7 +53,7 @@ def time_column(
 
 
 def _by_name(table: Table) -> str | None:
-    """The first column whose name says time, those that say nothing else before those with a unit in the name."""
+    """The first column whose name says time: by a word, else with a unit, else by a "t" alone, which may be a temperature."""
     matches = [(name, _TIME.match(name.strip())) for name in table.names]
     plain = [name for name, match in matches if match and not match["unit"]]
     known = [
@@ -61,7 +61,8 @@ def _by_name(table: Table) -> str | None:
         for n, match in matches
         if match and match["unit"] and (match["mark"] == "/" or match["unit"].strip("()[]").casefold() in SECONDS)
     ]
-    return next(iter([*plain, *known]), None)
+    words = [name for name in plain if len(name.strip()) > 1]
+    return next(iter([*words, *known, *plain]), None)
 
 
 def _unit_in(name: str) -> str:

@@ -11,6 +11,7 @@ from shaper_fmu.analysis.identification import IdentificationError
 
 _UNIFORM = 1e-3
 _GAP = 4.0
+_FEWEST_ROWS = 3
 _LEVELS = 0.5
 """Different values over samples, up to which a sensor may give them in steps."""
 
@@ -26,6 +27,17 @@ def quantisation(values: np.ndarray) -> np.ndarray:
             if np.abs(multiples - np.round(multiples)).max() < 0.01:
                 found[j] = step / math.sqrt(12.0)
     return found
+
+
+def check_times(t: np.ndarray) -> None:
+    """Raise IdentificationError for times [s] that are too few, no numbers, or do not increase."""
+    if len(t) < _FEWEST_ROWS:
+        rows = "one row" if len(t) == 1 else f"{len(t)} rows"
+        raise IdentificationError(f"the table has {rows} of numbers, which is too few for a recording")
+    steps = np.diff(t)
+    if not (steps > 0.0).all():
+        row = int(np.argmax(~(steps > 0.0)))
+        raise IdentificationError(f"time does not increase from row {row + 1} on ({t[row]:g} s)")
 
 
 def uniform_samples(t: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, str]:

@@ -14,7 +14,7 @@ from shaper_fmu.analysis.identification.ring_downs import ring_downs
 from shaper_fmu.analysis.identification.swept import find_sweep
 from shaper_fmu.tune.identify.measured import identify_measured
 from shaper_fmu.tune.identify.measured_clock import time_column
-from shaper_fmu.tune.identify.measured_grid import quantisation, uniform_samples
+from shaper_fmu.tune.identify.measured_grid import check_times, quantisation, uniform_samples
 from shaper_fmu.tune.identify.measured_result import MeasuredIdentification
 from shaper_fmu.tune.identify.measured_table import Table, read_table
 
@@ -63,6 +63,7 @@ def _parts(table: Table, outputs: Sequence[str] | None, options: dict[str, Any])
         clock, t, _ = time_column(table, options.get("time"), known, options.get("time_unit"))
         names = list(outputs or [name for name in table.names if name != clock])
         values = np.column_stack([table[name] for name in names])
+        check_times(t)
         grid, uniform, _ = uniform_samples(t, values)
         response = free_response(uniform, float(grid[-1] - grid[0]) / (len(grid) - 1), names, quantisation(values))
     except (IdentificationError, ValueError):

@@ -22,6 +22,8 @@ TOLERATED = 0.02
 """Nonlinearity from which on the plant is called too nonlinear."""
 _HUGE = 1e100
 _DECADES = 9
+_STUCK = 0.1
+"""Of the response for its excitation, what a weaker one leaves where the plant sticks."""
 _COUPLING = 1e-5
 _HALF_COUPLING = 0.5 * _COUPLING
 """Of the first half of a response: what errs by each step has erred half as much there."""
@@ -194,9 +196,12 @@ class Experiment(Unexcited):
     def respond(self, excitation: Excitation, step: float, samples: int, *, search: bool = True) -> Response:
         """The response at an amplitude that is as large as linearity allows: from the given one down by factors of 10.
 
-        Without `search` at the given amplitude. Raises SimulationError if every amplitude makes the plant fail.
+        Not one at which the plant sticks: in friction, a dead zone or an encoder's step no output moves by more than a tenth of
+        what its response to more would be in proportion, and that is no linear motion. Without `search` at the given amplitude.
+        Raises SimulationError if every amplitude makes the plant fail.
         """
         best: Response | None = None
+        most = np.zeros(len(self.plant.outputs))
         failure: SimulationError | None = None
         for k in range(_DECADES if search else 1):
             weaker = replace(excitation, amplitude=excitation.amplitude * 10.0**-k)
@@ -205,6 +210,10 @@ class Experiment(Unexcited):
             except SimulationError as error:
                 failure = error
                 continue
+            gain = _rms(found.values) / abs(weaker.amplitude)
+            if best is not None and (gain < _STUCK * most)[most > 0.0].all():
+                break
+            most = np.maximum(most, gain)
             if best is None or found.nonlinearity < 0.5 * best.nonlinearity:
                 best = found
             elif found.nonlinearity > 2.0 * best.nonlinearity:

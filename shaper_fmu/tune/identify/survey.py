@@ -178,7 +178,7 @@ def _aliased(experiment: Experiment, response: Response, found: Identification, 
     again = experiment.excitation(excitation.kind, excitation.amplitude, excitation.width * step / known, step)
     samples = len(response.time) if most == LEVELS[-1] else len(response.time) // 2
     values = experiment.difference(again, step, samples)
-    left = unexplained(free_response(values, step, experiment.plant.outputs, response.error), found)
+    left = unexplained(free_response(values, step, experiment.plant.outputs, response.error), found, response.noise)
     return left > (_UNEXPLAINED if most == LEVELS[-1] else max(_EXPLAINED, _NONLINEAR * response.nonlinearity))
 
 

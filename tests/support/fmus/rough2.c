@@ -1,5 +1,6 @@
 /* A plant as users have them, for FMI 2.0: one or two modes behind or beside a drive's lag, beside integrators and a drift, with
-   noise in its output, a solver that is exact or Euler's method, a stiffness that is not linear, and a mass that is an input.
+   noise in its output, a solver that is exact or Euler's method, a stiffness that is not linear, and a mass that is an input. Its input
+   may be rounded to multiples of `count`, as a converter does, or have no effect up to `dead`, as a valve's overlap.
 
        m load q'' = -2 z w q' - w^2 (q + cubic q^3, or sin q) - friction tanh(q' / slip) + f + e1 u2
        q2'' = -2 z2 w2 q2' - w2^2 q2 + b2 f + e2 u2
@@ -22,7 +23,7 @@
 #define TURN 6.283185307179586
 
 enum { U, U2, LOAD, Y, Y2, MASS, W, Z, W2, Z2, B2, E1, E2, LAG, SERIES, CUBIC, PENDULUM, FRICTION, SLIP, VELOCITY, C1, C2, CL, CI, CJ, D,
-       DRIFT, NOISE, SEED, EULER, INNER, Q0, S0, L0, REALS };
+       DRIFT, NOISE, SEED, EULER, INNER, Q0, S0, L0, COUNT, DEAD, REALS };
 enum { Q, S, Q2, S2, L, I, J };
 enum { EXACT, COMMUNICATION, INNER_STEPS };
 
@@ -46,16 +47,21 @@ static void draw(Rough *self) {
     self->noise = self->r[NOISE] * sqrt(-2.0 * log(uniform(self))) * cos(TURN * uniform(self));
 }
 
+static double taken(const double *r) {
+    double u = r[COUNT] > 0.0 ? round(r[U] / r[COUNT]) * r[COUNT] : r[U];
+    return fabs(u) > r[DEAD] ? u - copysign(r[DEAD], u) : 0.0;
+}
+
 static void derive(const double *r, const double *x, double *dx) {
-    double f = r[SERIES] ? x[L] : r[U], v = x[S] - (r[VELOCITY] ? f : 0.0);
+    double u = taken(r), f = r[SERIES] ? x[L] : u, v = x[S] - (r[VELOCITY] ? f : 0.0);
     double spring = r[PENDULUM] ? sin(x[Q]) : x[Q] + r[CUBIC] * x[Q] * x[Q] * x[Q];
     double force = -2.0 * r[Z] * r[W] * v - r[W] * r[W] * spring - r[FRICTION] * tanh(v / r[SLIP]) + r[E1] * r[U2];
     dx[Q] = v;
     dx[S] = (force + (r[VELOCITY] ? 0.0 : f)) / (r[MASS] * r[LOAD]);
     dx[Q2] = x[S2];
     dx[S2] = -2.0 * r[Z2] * r[W2] * x[S2] - r[W2] * r[W2] * x[Q2] + r[B2] * f + r[E2] * r[U2];
-    dx[L] = (r[U] - x[L]) / r[LAG];
-    dx[I] = r[U];
+    dx[L] = (u - x[L]) / r[LAG];
+    dx[I] = u;
     dx[J] = x[I];
 }
 
