@@ -18,6 +18,7 @@ from shaper_fmu.master.variables import items_of, shown_items
 from shaper_fmu.master.wiring import Port
 
 _DISCARD = 2
+_SAME_STEP = 1e-6  # of the FMU's own step
 _QUALIFIERS = {0: "fmi3IntervalNotYetKnown", -1: "nothing"}
 
 
@@ -34,9 +35,12 @@ def fault_error(program: Program, instances: Mapping[str, Instance], control: of
         function = called_name(instances[name], int(control.fault_element))
     instance, fault = instances[name], of.Fault(control.fault)
     if fault == of.CALL_FAILED:
+        stepping = function.endswith("DoStep")
         if function == "fmi2DoStep" and control.fault_status == _DISCARD and _has_terminated(instance):
-            return SimulationError(f"{name}{moment(when)}: {function} asked to end the simulation{_said(instance)}")
-        return instance.failure(function, int(control.fault_status), when)
+            error = SimulationError(f"{name}{moment(when)}: {function} asked to end the simulation{_said(instance)}")
+        else:
+            error = instance.failure(function, int(control.fault_status), when)
+        return SimulationError(f"{error}{_about_the_step(instance, control)}") if stepping else error
     if fault in (of.NOT_FINITE, of.NOT_IN_RANGE, of.NO_ITEM):
         element = int(control.fault_element)
         input_, value = elements[element], program.layout.bus[program.sources[where][element]]
@@ -137,6 +141,20 @@ def warning_notes(program: Program, instances: Mapping[str, Instance], control: 
     calls = "1 call" if control.warnings == 1 else f"{control.warnings} calls"
     said = list(instances[name].log)[-1:]
     return [f"{calls} returned a warning, the last by {name}{': ' if said else ''}{''.join(said)}"]
+
+
+def _about_the_step(instance: Instance, control: of.Control) -> str:
+    """Advice where the failed step is no multiple of the FMU's own: exports with a fixed solver step take no others."""
+    experiment = instance.fmu.description.defaultExperiment
+    named = [getattr(experiment, "stepSize", None), getattr(instance.fmu.capabilities, "fixedInternalStepSize", None)]
+    step = float(control.target) - float(control.t)
+    for own in (float(text) for text in named if text):
+        if own > 0.0 and abs(step / own - round(step / own)) > _SAME_STEP:
+            return (
+                f". This step is of {step:.6g} s, no multiple of the {own:g} s that its description names; if it takes multiples "
+                "alone, choose such a step, and end none at events between (exact=False, --grid)"
+            )
+    return ""
 
 
 def _source(program: Program, name: str, input_: str) -> str:
