@@ -198,10 +198,10 @@ def _named(system: SystemStructure, name: str) -> list[tuple[str, ModelVariable]
     """The variables that a name of `expose` means: one, an element of an array, or those that a name with `*` fits."""
     if "*" in name:
         return _matching(system, name)
+    if name in system.fmus:
+        raise ModelError([f"{name} is an instance: name a variable of it, or {name}.* for all"])
     instance, variable = system.split(name)
     fmu = system.fmus[instance]
-    if not variable:
-        raise ModelError([f"{name} is an instance: name a variable of it, or {instance}.* for all"])
     wholes = {str(one.name): one for one in fmu.description.modelVariables}
     if fmu.elements_of(variable)[0] not in fmu.variables:
         raise ModelError([f"{name}: {fmu.name} has no variable {variable!r}.{nearest(variable, wholes)}"])

@@ -309,9 +309,8 @@ class SystemStructure:
         """Instance and variable of "instance.variable", both of which may have dots. Raises ModelError for an unknown instance."""
         instance, _, variable = name.partition(".")
         if name in self.fmus:
-            raise ModelError(
-                [f"{name!r} is an instance: name one of its variables, as in {f'{name}.{next(iter(self.fmus[name].variables))}'!r}"]
-            )
+            first = next(iter(self.fmus[name].variables), "variable")
+            raise ModelError([f"{name!r} is an instance: name one of its variables, as in '{name}.{first}'"])
         if instance in self.fmus and "." not in variable:
             return instance, variable
         places = [i for i, character in enumerate(name) if character == "." and name[:i] in self.fmus]

@@ -37,7 +37,7 @@ def tuned(plant: Path, common: bool, nominal: float = 0.02) -> InputsTuning:
 
 
 @pytest.mark.parametrize("common", [False, pytest.param(True, marks=MORE)])
-def test_all_commands_at_once_leave_what_the_eigenvalues_tell(plant, common, tmp_path):
+def test_all_commands_at_once_leave_what_the_eigenvalues_tell(plant, common):
     """Each drive excites both modes, and both are seen in both outputs."""
     found = tuned(plant, common)
     assert found.verdict == "tuned"
@@ -52,10 +52,14 @@ def test_all_commands_at_once_leave_what_the_eigenvalues_tell(plant, common, tmp
     assert found.together.worst.share == pytest.approx(max(left_together(jumps, mass=m) for m in MASSES), rel=2e-3)
     assert max(left_together(jumps, mass=m) for m in MASSES) <= 0.05
     assert left_together(jumps) <= 0.02
-    folder = tmp_path / "out"
+
+
+@MORE
+def test_the_tunings_of_one_input_and_of_all_do_not_replace_each_other(plant, tmp_path):
+    found, folder = tuned(plant, common=True), tmp_path / "out"
     write_inputs(found, folder, report=False)
     assert folder_for(found, folder) == folder
-    for one in found.tunings.values():  # the tuning of one input does not replace that of all, nor that of all one's
+    for one in found.tunings.values():
         assert folder_for(one, folder) == tmp_path / "out_2"
         write_tuning(one, tmp_path / one.input, report=False)
         assert folder_for(found, tmp_path / one.input) == tmp_path / f"{one.input}_2"

@@ -124,7 +124,7 @@ def test_twenty_plants_arrive_when_told(seed, tmp_path):
     ("unit", "move", "words"),
     [
         ("N", MOVE, r"force \[N\] is no position, speed or acceleration, so that it cannot follow a move"),
-        ("m/s", Move(0.5), r"force \[m/s\] needs a move with limits"),
+        ("m/s", Move(0.5), r"force \[m/s\] cannot jump, so the move needs limits: give max_acceleration"),
     ],
 )
 def test_what_cannot_follow_a_move_is_refused_before_any_experiment(unit, move, words, tmp_path):
