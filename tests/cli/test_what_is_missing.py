@@ -73,7 +73,7 @@ COMMANDS = {
     "run crane.fmu --until 1 --output run.parquet": {"pyarrow": (2, REFUSED), "ziglang": (1, LOOP)},
     "run crane.fmu --until 1 --input trolley_acceleration=a.parquet": {"pyarrow": (2, "need the package pyarrow")},
     "sweep study.toml --store s.sqlite --workers 0": {"ziglang": (1, LOOP)},
-    "sweep study.toml --store d.sqlite --dask local": {"distributed": (2, "--dask needs the package distributed")},
+    "sweep study.toml --store d.sqlite --dask local": {"distributed": (2, "--dask needs the package distributed"), "ziglang": (1, LOOP)},
     "report done.sqlite --output sweep.html": {"matplotlib": (0, PICTURES)},
     "export done.sqlite --output runs.csv": {},
     "export done.sqlite --output runs.parquet": {"pyarrow": (2, REFUSED)},
